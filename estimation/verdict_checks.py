@@ -102,6 +102,10 @@ class Check:
     source: str = ""
     leaves_open: bool = False
 
+    def __post_init__(self) -> None:
+        if isinstance(self.finding, str):  # of a check of the user's own
+            object.__setattr__(self, "finding", Said(text=self.finding))
+
     @property
     def meaning(self) -> str:
         """Return the sentence for the user: the finding and a remedy.
@@ -158,7 +162,10 @@ class Check:
         if isinstance(finding, FindingOfRecords):
             finding = finding.finding
         if isinstance(finding, ReadFinding):
-            return finding.data.get("kind") == FaultOfCheck.__name__
+            data = finding.data
+            if data.get("kind") == FindingOfRecords.__name__:
+                data = data["finding"]
+            return data.get("kind") == FaultOfCheck.__name__
         return isinstance(finding, FaultOfCheck)
 
 

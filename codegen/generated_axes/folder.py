@@ -22,14 +22,14 @@ _MARKS = (FUNCTIONS, MANIFEST)  # of a folder that was generated
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutdatedFile:
-    """A file that differs from the generated one.
+    """A file of the generated folder that differs from what would be generated.
 
     Attributes
     ----------
     path : Path
         The file, inside the folder.
     state : str
-        ``missing``, ``stale`` or ``orphan``, a file of none of the axes.
+        ``missing``, ``stale`` (the content differs) or ``orphan``, a file of none of the axes.
     diff : str
         The first lines of a unified difference from the file to the generated text; empty for an
         orphan.
@@ -67,12 +67,9 @@ def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> di
 
 
 def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
-    """Write changed files, each complete or not at all; a manifest after the files of its folder.
+    """Write the files that changed, and return their paths inside the folder.
 
-    Returns
-    -------
-    list of Path
-        Files written, inside the folder.
+    Each file is written completely or not at all; a manifest follows the other files of its folder.
 
     Raises
     ------
@@ -97,16 +94,16 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
 def check_files(
     folder: Path, files: Mapping[Path, str], *, others: Iterable[str] | None = None
 ) -> list[OutdatedFile]:
-    """Compare the folder with the files that would be generated.
+    """Return the files of a folder that differ from what would be generated.
 
     Parameters
     ----------
     folder : Path
     files : mapping of Path to str
-        From `expected_files`.
+        Generated texts, from `expected_files`.
     others : iterable of str, optional
-        Names of further axes that may be generated there. Anything next to the folders of axes is
-        then ignored; without it the whole folder must belong to the axes.
+        Names of further axes that may be generated in the folder. Files and folders next to those
+        of axes are then ignored. Without it, everything in the folder must belong to the axes.
     """
     outdated = []
     for path, text in sorted(files.items()):
@@ -133,6 +130,7 @@ def check_files(
 
 
 def _read(path: Path) -> str | None:
+    """Return the text of a file; None if it does not exist, empty if it is not text."""
     try:
         return read_regular(path).decode()
     except (FileNotFoundError, NotADirectoryError):
@@ -148,7 +146,7 @@ def _read(path: Path) -> str | None:
 
 
 def _diff(path: Path, found: str, wanted: str) -> str:
-    """Return the first differing lines, and the number of further ones."""
+    """Return the first twelve lines of a difference, and the number of further lines."""
     lines = [
         *difflib.unified_diff(
             found.splitlines(keepends=True),

@@ -56,7 +56,14 @@ from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature, single_result
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A named number's label: ``M`` in ``kg``; `expression` is its formula, if it has one."""
+    """Name and unit of a number, such as ``M`` in ``kg``.
+
+    Attributes
+    ----------
+    name, unit : str
+    expression : str
+        Its formula; empty if it has none.
+    """
 
     name: str
     unit: str
@@ -64,7 +71,7 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """Return its formula, otherwise its name."""
+        """Return the formula of the quantity if it has one, otherwise its name."""
         return self.expression or self.name
 
 
@@ -154,11 +161,11 @@ class GeneratedAxis:
         return f"generated axis {self.axis.name}: {', '.join(self.names)} ({self.signature[:12]})"
 
     def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
-        """Return the declaration, from which another process makes the same axis."""
+        """Return the declaration for pickling, from which another process builds the same axis."""
         return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether it was made of the same declaration, compiled or not."""
+        """Return whether the other axis was built from the same declaration, compiled or not."""
         return isinstance(other, GeneratedAxis) and self.declared == other.declared
 
     def __hash__(self) -> int:
@@ -189,7 +196,7 @@ class GeneratedAxis:
 
     @property
     def control(self) -> ControlLaw | None:
-        """Control law; None where none is declared."""
+        """Control law; None if none is declared."""
         return self.axis.control
 
     @property
@@ -261,12 +268,12 @@ class GeneratedAxis:
         )
 
     def loop_with(self, gains: Iterable[str]) -> tuple[LoopByGains, ControlLaw]:
-        """Return the closed loop and its law, with gains that can change.
+        """Return the closed loop whose gains can change, and its law.
 
         Raises
         ------
         ModelError
-            As `with_gains` does.
+            The axis has no sampled law with gains, or a gain in `gains` is unknown.
         """
         if self.loop is None:
             law = self.axis.control
@@ -292,7 +299,7 @@ class GeneratedAxis:
         return ", ".join(f"{p.name} = {value:.6g} {p.unit}" for p, value in pairs)
 
     def evaluate(self, function: str, *arguments: ArrayLike) -> tuple[Array, ...]:
-        """Evaluate a function of scalars at N samples.
+        """Return the results of a function at N samples.
 
         Parameters
         ----------
@@ -327,9 +334,10 @@ class GeneratedAxis:
     def force_by_gain(
         self, control: Array, position: Array, velocity: Array, recorded: Sequence[Array] = ()
     ) -> Array:
-        """Return the slope of the drive's force by the logarithm of its gain at N samples, (N,).
+        """Return the derivative of the drive's force by the logarithm of its gain, (N,).
 
-        Its arguments are control, motion, and the recorded signals in the axis's order.
+        The arguments are control, position and velocity at N samples, and the recorded signals in
+        the axis's order.
         """
         motion = (control, position, velocity)
         return self._driven(drive_force(self.axis, by_gain=True), motion, recorded)
@@ -342,18 +350,25 @@ class GeneratedAxis:
         direction: Array,
         recorded: Sequence[Array] = (),
     ) -> Array:
-        """Return the drive's force in friction directions, (N,), unknown from velocity at rest."""
+        """Return the drive's force at N samples with given friction directions, (N,).
+
+        At rest the velocity does not give the direction.
+        """
         motion = (control, position, velocity, direction)
         return self._driven(drive_force(self.axis, directed=True), motion, recorded)
 
     def _driven(
         self, program: Program, motion: Sequence[Array], recorded: Sequence[Array]
     ) -> Array:
+        """Return the single result, (N,), of a program of the drive at N samples."""
         names = (port.name for port in program.inputs)
         return single_result(program, dict(zip(names, (*motion, *recorded), strict=True)))
 
     def experiment_signals(self, time: Array) -> dict[str, Array]:
-        """Return the recorded signals of the axis's experiment at times, s, (N,), by name."""
+        """Return the recorded signals of the axis's experiment by name, (N,) each.
+
+        `time` has N times in s. Empty without an experiment or its signals.
+        """
         experiment = self.axis.experiment
         if experiment is None or not experiment.signals:
             return {}
@@ -361,7 +376,7 @@ class GeneratedAxis:
         return {name: np.array(np.broadcast_to(v[:, 0], time.shape)) for name, v in found.items()}
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
-        """Apply a parameter map: the mapped vector and its Jacobian.
+        """Return a parameter vector mapped between inverse and direct model, and the Jacobian.
 
         Parameters
         ----------
@@ -380,6 +395,7 @@ class GeneratedAxis:
         return result.full().ravel(), jacobian.full()
 
     def _function(self, name: str) -> Any:
+        """Return a CasADi function by its name; an unknown name is refused."""
         if name not in self.functions:
             raise UsageError(
                 f"axis {self.axis.name!r} has no function {name!r}. Its functions are "
@@ -389,7 +405,9 @@ class GeneratedAxis:
 
 
 def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
-    """Derive an axis and build its functions from the text that `axisid generate` writes.
+    """Return a declared axis as a generated one: derived, with its functions built.
+
+    The functions are built from the same text that `axisid generate` writes.
 
     Parameters
     ----------
@@ -440,7 +458,10 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
 
 @lru_cache(maxsize=32)
 def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
-    """Build a pickled declaration once per process, because every task of a worker carries it."""
+    """Return the axis of a pickled declaration, built once per process.
+
+    Every task of a worker process carries the declaration.
+    """
     return build(pickle.loads(declared), native=native)  # noqa: S301
 
 
@@ -465,7 +486,7 @@ def _is_uniform(model: AxisModel) -> bool:
 
 
 def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
-    """Return a generated axis as it is, and build a declared one.
+    """Return a generated axis unchanged; build a declared one.
 
     Raises
     ------
@@ -476,7 +497,7 @@ def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
 
 
 def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
-    """Return the declaration of a generated axis, and a declared one or None as it is.
+    """Return the declaration of a generated axis; a declared axis and None are returned unchanged.
 
     Raises
     ------
@@ -491,6 +512,7 @@ def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
 
 @unless_missing
 def _ddm_parameters(mapping: ParameterMap) -> tuple[Quantity, ...]:
+    """Return name, unit and formula of each parameter of the direct model; Missing without it."""
     return tuple(
         Quantity(name=str(symbol), unit=str(unit), expression=str(value))
         for symbol, unit, value in zip(mapping.symbols, mapping.units, mapping.forward, strict=True)

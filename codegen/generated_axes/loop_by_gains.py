@@ -1,8 +1,8 @@
 """The closed loop of an axis, and its law alone, with the gains of the law as arguments.
 
-Generated files contain the gains as numbers, so that each can be read and used elsewhere alone. The
-code that is compiled and run takes them as arguments: its text does not depend on their values, so
-that another gain needs no compiler, and many can be tried in parallel.
+Generated files contain the gains as numbers, so that each file can be read and used alone. The code
+that is compiled and run takes them as arguments. Its text does not depend on their values, so that
+other gains need no compiler, and many can be tried in parallel.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from .texts import by_gains_artefacts, functions_text
 
 
 def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping[str, Any]:
-    """Return ``law_step`` and ``law_start``; see `law_by_gains`.
+    """Return the CasADi functions ``law_step`` and ``law_start`` by name; see `law_by_gains`.
 
     Parameters
     ----------
@@ -39,16 +39,18 @@ def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping
 
 
 def law_over_block(step: Any, evaluations: int) -> Any:
-    """Return a law over consecutive evaluations: memories and outputs, (m, M) and (1, M).
+    """Return a CasADi function that evaluates a law M times in succession.
 
-    Its arguments are the memory at the first evaluation, the signals that are read, (1, M) each,
-    and the gains if any, given once.
+    It returns the memories, (m, M), and the outputs, (1, M). Its arguments are the memory at the
+    first evaluation, the signals that the law reads, (1, M) each, and the gains, if there are any,
+    once.
 
     Parameters
     ----------
     step : casadi.Function
         ``law_step``, or ``control_law`` of an axis.
     evaluations : int
+        M.
     """
     last, state = step.n_in() - 1, step.name_out().index("next_state")
     one = step.slice("law", [last, *range(last)], [state, 1 - state])
@@ -65,13 +67,13 @@ _STEP = "closed_loop_step"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoopByGains:
-    """Functions that take the gains of a sampled law.
+    """The functions of a closed loop that take the gains of a sampled law as arguments.
 
     Attributes
     ----------
     model : AxisModel
     law : ControlLaw
-        The model's.
+        The control law of the model.
     functions : mapping of str to casadi.Function
         Functions like those of the axis. The loop's step takes the gains after the parameters, the
         law's functions as their last argument.
@@ -86,10 +88,16 @@ class LoopByGains:
 
     @classmethod
     def of(cls, model: AxisModel, *, enabled: bool) -> "LoopByGains | None":
-        """Return the loop of a model; None without a law, without gains, or for a continuous law.
+        """Return the loop of a model with gains as arguments.
 
-        A continuous law is part of the plant's motion, whose functions have its gains as numbers.
-        If not `enabled`, no native code is compiled and run.
+        None without a law, without gains, or for a continuous law, which is part of the plant's
+        motion with its gains as numbers.
+
+        Parameters
+        ----------
+        model : AxisModel
+        enabled : bool
+            Whether native code may be compiled and run.
         """
         law = model.axis.control
         if law is None or law.continuous or not law.gains:
@@ -100,19 +108,27 @@ class LoopByGains:
         return cls(model=model, law=law, functions=functions, native=native)
 
     def native_at(self, gains: Mapping[str, float]) -> Native:
-        """Return the native code with gains filled in."""
+        """Return the native code with given gains, in the order of the law."""
         filled, enabled = np.array([*gains.values()]), self.native.enabled
         return Native(self.native.text, self.functions, enabled=enabled, gains=filled)
 
     def functions_at(self, gains: Mapping[str, float]) -> dict[str, Any]:
-        """Return the functions of the law and of the loop's step with gains as numbers."""
+        """Return the functions of the law and the loop's step with the gains as numbers."""
         numbers = np.array([*gains.values()])
         found = {name: _bound(self.functions[name], numbers) for name in _OF_THE_LAW}
         return found | {_STEP: _bound(self.functions[_STEP], numbers, "parameters")}
 
 
 def _bound(function: Any, gains: Array, behind: str = "") -> Any:
-    """Return a function with gains as numbers, its last argument or after another argument."""
+    """Return a function with its gains as numbers.
+
+    Parameters
+    ----------
+    function : casadi.Function
+    gains : array
+    behind : str
+        Argument whose last elements are the gains; empty if the last argument is the gains.
+    """
     names = function.name_in() if behind else function.name_in()[:-1]
     symbols = {
         name: casadi.SX.sym(name, function.size1_in(name) - len(gains) * (name == behind))

@@ -39,13 +39,15 @@ _MAX_CONTROL_DIFFERENCE = 1e-9
 
 
 def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
-    """Compare controls with those that the drive's inverse returns for their forces.
+    """Refuse a drive whose inverse does not return the control that produced a force.
+
+    Forces are computed at several controls and motions, and the inverse is applied to them.
 
     Raises
     ------
     ModelError
-        The inverse does not undo the force, or the force does not contain a gain that has a
-        standard deviation.
+        The inverse does not return the control, or the gain has a standard deviation but the force
+        does not depend on the gain.
     """
     axis, of_name = model.axis, {program.name: program for program in programs}
     most = axis.drive.limit if np.isfinite(axis.drive.limit) else 1.0
@@ -80,7 +82,7 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
 
 
 def single_result(program: Program, elements: Mapping[str, Array]) -> Array:
-    """Return the single result of a program at N points, (N,)."""
+    """Return the result, (N,), of a program with a single scalar result at N points."""
     (values,) = evaluate(program, elements).values()
     return values[:, 0]
 
@@ -144,7 +146,7 @@ def axis_artefacts(model: AxisModel) -> dict[str, str]:
 
 
 def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
-    """Return the functions and the native code of an axis, with its law's gains as arguments.
+    """Return the Python and C texts of an axis whose functions take the law's gains as arguments.
 
     They do not depend on the values of the gains, and are not written to files.
     """
@@ -157,7 +159,7 @@ def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
 
 
 def signature(model: AxisModel) -> str:
-    """Return the SHA-256 of the schema and of all that the generated text depends on."""
+    """Return the SHA-256 of the schema and of everything on which the generated text depends."""
     axis, law = model.axis, model.axis.control
     content = {
         "schema": SCHEMA,
@@ -208,10 +210,12 @@ def _with_numbers(value: sympy.Expr) -> str:
 # Axes that differ only in gains, of which there may be hundreds, have the same expressions.
 @lru_cache(maxsize=128)
 def _as_text(value: sympy.Expr) -> str:
+    """Return an expression as text that represents it exactly."""
     return str(sympy.srepr(value))
 
 
 def _header(name: str, mark: str) -> str:
+    """Return the heading of generated files: the command that writes them, and the signature."""
     # An axis outside the library is generated from its file, which its name does not give.
     command = f"axisid generate {name}" if name in LIBRARY else "axisid generate"
     of = "" if name in LIBRARY else f" from the file that declares the axis {name}"
@@ -222,7 +226,7 @@ def _header(name: str, mark: str) -> str:
 
 
 def functions_text(name: str, header: str, programs: tuple[Program, ...]) -> str:
-    """Return a module whose ``FUNCTIONS`` are CasADi functions by name."""
+    """Return the text of a module whose ``FUNCTIONS`` are functions that build CasADi functions."""
     operations = sum(program.operation_count for program in programs)
     about = f"CasADi functions of the axis {name}.\n\n{header}{operations} operations"
     names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)
@@ -240,6 +244,10 @@ def _native(
     *,
     by_gains: bool = False,
 ) -> str:
+    """Return the C text of an axis: functions of one sample, loops over samples, and time loop.
+
+    `by_gains` states whether the gains of the law are arguments.
+    """
     law = model.axis.control
     by_name = {program.name: program for program in programs}
     looped = [*LOOP] if law is not None else []
@@ -278,6 +286,7 @@ def _native(
 
 
 def _equations(model: AxisModel, mark: str) -> str:
+    """Return the text of ``equations.txt``: the derived models, section by section."""
     q = model.axis.coordinate
     lines = [
         f"Axis {model.axis.name}: {model.axis.title}".rstrip(": "),
@@ -295,6 +304,7 @@ def _equations(model: AxisModel, mark: str) -> str:
 def _manifest(
     model: AxisModel, mark: str, programs: tuple[Program, ...], texts: Mapping[str, str]
 ) -> dict[str, object]:
+    """Return the manifest: names and units, functions with their shapes, and digests of files."""
     mapping, drive = model.parameter_map, model.axis.drive
     timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged, **drive.path.declared}
     follows = model.axis.response is None and drive.path.is_plain
@@ -331,10 +341,12 @@ def _manifest(
 
 
 def _listed(key: str, items: Iterable[object], names: Iterable[str]) -> dict[str, object]:
+    """Return a manifest entry that lists attributes of items; empty without items."""
     listed = [{name: getattr(item, name) for name in names} for item in items]
     return {key: listed} if listed else {}
 
 
 def _shape(port: Output) -> str:
+    """Return the shape of an output as text, ``[2, 3]``; empty for a scalar."""
     shape = (len(port.rows), len(port.rows[0]) if port.rows else 1)
     return "" if shape == (1, 1) else f"[{shape[0]}, {shape[1]}]"

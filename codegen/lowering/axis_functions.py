@@ -35,7 +35,7 @@ _INJECTED = sympy.Symbol("injected", real=True)
 
 
 def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program, ...]:
-    """Build all functions that the model permits.
+    """Return the programs of all functions that the model permits.
 
     Without a direct regressor there are no ``ddm_regressor`` and no parameter map; without a
     control law there is no closed loop.
@@ -69,13 +69,17 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
 
 
 def _motion(model: AxisModel, *, force: bool) -> Arguments:
+    """Return the arguments of a dynamic model: motion, direction and recorded signals.
+
+    The third argument is the force or the acceleration.
+    """
     q = model.axis.coordinate
     third = FORCE if force else q.acceleration
     return Arguments().scalars(q.symbol, q.velocity, third, DIRECTION, *model.axis.signal_symbols)
 
 
 def inverse_dynamics(model: AxisModel) -> Program:
-    """Build the force that a motion needs, by friction direction and parameters."""
+    """Return the program of the force that a motion needs."""
     about = "Force that the motion needs"
     return _dynamics(model, "inverse_dynamics", about, "tau", model.force, force=False)
 
@@ -83,6 +87,17 @@ def inverse_dynamics(model: AxisModel) -> Program:
 def _dynamics(
     model: AxisModel, name: str, about: str, result: str, value: sympy.Expr, *, force: bool
 ) -> Program:
+    """Return the program of an expression of the motion and the parameters.
+
+    Parameters
+    ----------
+    model : AxisModel
+    name, about, result : str
+        Name of the program, description, and name of its result.
+    value : sympy.Expr
+    force : bool
+        Whether the force is an argument; otherwise the acceleration.
+    """
     arguments = _motion(model, force=force).vector_of(
         "parameters", [p.symbol for p in model.axis.parameters]
     )
@@ -91,6 +106,7 @@ def _dynamics(
 
 
 def _idm_regressor(model: AxisModel) -> Program:
+    """Return the program of the inverse model's regressor and known part."""
     arguments, about = _motion(model, force=False), "tau = row . parameters + known."
     if model.idm.nonlinear:
         arguments = arguments.vector_of("parameters", [p.symbol for p in model.axis.parameters])
@@ -101,6 +117,7 @@ def _idm_regressor(model: AxisModel) -> Program:
 
 
 def _direct_regressor(model: AxisModel) -> list[Program]:
+    """Return the programs of the direct regressor and the parameter maps; none if it is missing."""
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         return []
     row, mapping = model.ddm, model.parameter_map
@@ -119,6 +136,7 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
 
 
 def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
+    """Return the program of the state of law and drive for an axis at rest."""
     builder = (
         Arguments()
         .scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
@@ -149,7 +167,7 @@ def _output(
     values: dict[sympy.Symbol, int],
     injected: int | None = None,
 ) -> int:
-    """Return the law's output, with the added test signal, within the drive's limit."""
+    """Return the law's output within the drive's limit, with a test signal if one is added."""
     control = _law_lowering(law, builder, values)(with_numbers(law.output))
     if injected is not None:
         control = builder.apply("add", control, injected)
@@ -157,7 +175,7 @@ def _output(
 
 
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
-    """Return the lowering of a law; gains that are not arguments are numbers."""
+    """Return the converter of a law's expressions; gains without a value become numbers."""
     numbers = {gain(name): value for name, value in law.gains.items() if gain(name) not in values}
     gains = {symbol: builder.constant(value) for symbol, value in numbers.items()}
     return Lowering(builder, {**values, **gains, PERIOD: builder.constant(law.period)})
@@ -170,7 +188,17 @@ def _control_law(
     *,
     injected: bool = False,
 ) -> Program:
-    """Build the law alone, or as part of the loop, with a test signal added to its output."""
+    """Return the program of the law: its control and its next state.
+
+    Parameters
+    ----------
+    model : AxisModel
+    law : ControlLaw
+    gains : tuple of sympy.Symbol
+        Gains that are arguments.
+    injected : bool
+        Whether a test signal is added to the output, as in the loop.
+    """
     builder, line = _measured(model, law, gains, injected=injected)
     values = builder.values
     control = _output(model, law, builder, values, values.get(_INJECTED))
@@ -193,7 +221,10 @@ def _control_law(
 def _measured(
     model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...], *, injected: bool = False
 ) -> tuple[Arguments, tuple[int, ...]]:
-    """Declare the signals that a law reads, its memory at a sample, and its delay line."""
+    """Return the arguments of a law's program, and the operations of its delay line.
+
+    The arguments are the signals that the law reads, its state at a sample, and the gains.
+    """
     motion = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *model.axis.signal_symbols)
     arguments = Arguments().scalars(*motion, *(_INJECTED,) * injected)
     # Values that the drive remembers between samples.
@@ -205,6 +236,7 @@ def _measured(
 
 
 def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
+    """Return the program of the law's terms, one for each product of gains."""
     arguments, _ = _measured(model, law, gains)
     lower = _law_lowering(law, arguments, arguments.values)
     terms = [lower(with_numbers(factor * signal)) for factor, signal in law.terms]
@@ -213,7 +245,7 @@ def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
 
 
 def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Program, Program]:
-    """Build a law's step, and its memory at rest.
+    """Return the programs of a law's step and of its memory at rest.
 
     Parameters
     ----------

@@ -22,16 +22,16 @@ from .program import Builder, Program
 
 
 def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) -> Program:
-    """Build the force of a control and the motion, as in generated files.
+    """Return the program of the drive's force for a control and a motion.
 
     Parameters
     ----------
     axis : Axis
     directed : bool
-        Whether it takes a friction direction, after the velocity, whose sign does not give it at
-        rest.
+        Whether the friction direction is an argument too, after the velocity. Otherwise it is the
+        sign of the velocity, which does not give it at rest.
     by_gain : bool
-        Whether it is the slope of the force by the logarithm of the gain instead of the force.
+        Whether the result is the derivative of the force by the logarithm of the gain instead.
     """
     q, drive = axis.coordinate, axis.drive
     direction = (DIRECTION,) if directed else ()
@@ -43,7 +43,7 @@ def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) ->
 
 
 def drive_control(model: AxisModel) -> Program:
-    """Build the control of a force and the motion."""
+    """Return the program of the control with which the drive produces a force."""
     q, drive = model.axis.coordinate, model.axis.drive
     arguments = Arguments().scalars(FORCE, q.symbol, q.velocity, *model.axis.signal_symbols)
     arguments.output("control", [[_lowered(arguments, model.axis, drive.inverse)]])
@@ -55,16 +55,19 @@ def drive_control(model: AxisModel) -> Program:
 def acting_control(
     builder: Builder, model: AxisModel, command: int, last: int | None
 ) -> tuple[int, tuple[int, ...]]:
-    """Return the acting control of a command, and the drive's memory: none without a rate limit.
+    """Return the control that acts for a command, and the controls that the drive stores.
+
+    Rate limit, quantisation and dead band are applied. The acting control before quantisation is
+    stored if the rate is limited; otherwise nothing is.
 
     Parameters
     ----------
     builder : Builder
     model : AxisModel
     command : int
-        Within the drive's limit.
+        Index of the command, which is within the drive's limit.
     last : int or None
-        Acting control of the sample before, if it is remembered.
+        Index of the stored control of the sample before; None without one.
     """
     build, path, response = builder.apply, model.axis.drive.path, model.axis.response
     acting = command
@@ -82,7 +85,7 @@ def acting_control(
 
 
 def within(limit: float, builder: Builder, value: int) -> int:
-    """Return a value clipped at plus and minus a limit; infinite for none."""
+    """Return a value clipped at plus and minus a limit, as an operation; infinite for no limit."""
     if limit == float("inf"):
         return value
     # Selected, instead of min and max, which would turn a control that is NaN into the limit.
@@ -92,7 +95,10 @@ def within(limit: float, builder: Builder, value: int) -> int:
 
 
 def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
-    """Lower an expression of the drive; without a friction direction it is the velocity's sign."""
+    """Return an expression of the drive as an operation.
+
+    Without a friction direction among the arguments it is the sign of the velocity.
+    """
     values, drive = arguments.values, axis.drive
     for symbol, here in drive.along(axis.coordinate).items():
         values[symbol] = values[here]
@@ -111,7 +117,10 @@ _SMALL, _TERMS = 1.0, 18
 
 
 def drive_response(response: Response) -> Program:
-    """Build the response of a drive that does not follow at once, for the time loop."""
+    """Return the program of the response of a drive whose force changes between samples.
+
+    It gives the force some time later, and the time in a sample at which a command begins to act.
+    """
     builder = Builder()
     tau, target, span = map(builder.scalar, ("tau", "target", "span"))
     later = later_force(builder, response.lag, (tau, target), span) if response.lag else tau
@@ -125,7 +134,18 @@ def drive_response(response: Response) -> Program:
 
 
 def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) -> int:
-    """Return the force after a time, from the held values: the force, and its final value."""
+    """Return the force after a time with a lag: ``target + (tau - target) exp(-span/lag)``.
+
+    Parameters
+    ----------
+    builder : Builder
+    lag : float
+        Time constant, s.
+    held : sequence of int
+        The force now and its final value, as operations.
+    span : int
+        The time, as an operation.
+    """
     build, (tau, target) = builder.apply, held
     decay = build("exp", build("neg", build("div", span, builder.constant(lag))))
     return build("add", target, build("mul", build("sub", tau, target), decay))
@@ -158,7 +178,10 @@ def forces_in_step(
 
 
 def _third_mean(builder: Builder, x: int) -> int:
-    """Return ``(1/2 - (1 - (1 - exp(-x))/x)/x)/x`` for a number that is not negative."""
+    """Return ``p3 = (1/2 - (1 - (1 - exp(-x))/x)/x)/x`` for x of 0 or more, as an operation.
+
+    Below 1 a series is used, because the formula would lose digits there.
+    """
     build, number = builder.apply, builder.constant
     few, many = build("min", x, number(_SMALL)), build("max", x, number(_SMALL))
     series = number(0)
@@ -174,7 +197,17 @@ def _third_mean(builder: Builder, x: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class DriveInMode:
-    """A drive in a friction direction, with the values of the recorded signals."""
+    """A drive in one friction direction, as operations of a builder.
+
+    Attributes
+    ----------
+    builder : Builder
+    model : AxisModel
+    direction : tuple of int
+        The friction direction.
+    signals : sequence of tuple of int
+        Values of the recorded signals.
+    """
 
     builder: Builder
     model: AxisModel
@@ -197,9 +230,21 @@ def acting_from_sample(
     remembered: tuple[int, ...],
     slope: Callable[[int], int],
 ) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
-    """Return the force at a sample, the values held from then on, and the drive's next memory.
+    """Return the force at a sample, the values held until the next one, and the drive's next state.
 
-    `slope` is the acceleration under a force there.
+    The command becomes the acting control, which waits for the delay. The lag is applied last.
+
+    Parameters
+    ----------
+    drive : DriveInMode
+    command : int
+        Output of the law.
+    motion : (int, int)
+        Position and velocity at the sample.
+    remembered : tuple of int
+        The drive's state: what it stored at the sample before (see `Response.remembered`).
+    slope : callable
+        Acceleration at the sample under a given force.
     """
     builder, response = drive.builder, drive.model.axis.response
     acting, last = acting_control(builder, drive.model, command, next(iter(remembered), None))

@@ -1,7 +1,7 @@
-"""SymPy expressions to operations, with one method per node class.
+"""Convert SymPy expressions to operations of a program, with one method per node class.
 
-An unknown node raises an error that names it. The memo belongs to the caller, so that expressions
-lowered together share their common subexpressions.
+This is called *lowering*. An unknown node raises an error that names it. Expressions that are
+lowered by the same object share their common subexpressions.
 
 SymPy has one zero, floating point two. All targets give a zero the same sign, except for ``sign``,
 the smaller or larger of two zeros, and values chosen by a condition, which CasADi's virtual machine
@@ -71,7 +71,7 @@ _LARGEST_REPEATED_POWER = 4
 
 
 class Lowering:
-    """Lowers expressions into a builder.
+    """Converts SymPy expressions to operations of a builder.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Lowering:
         self._memo: dict[sympy.Basic, int] = {}
 
     def __call__(self, expression: sympy.Basic) -> int:
-        """Lower one expression.
+        """Return the index of the operation that computes an expression.
 
         Raises
         ------
@@ -99,6 +99,7 @@ class Lowering:
         return self._memo[expression]
 
     def _lower(self, node: sympy.Basic) -> int:
+        """Return the operation of a node, by the method or table entry for its class."""
         if isinstance(node, sympy.Float | sympy.NumberSymbol):
             return self._builder.constant(float(node))
         for kind in type(node).__mro__:
@@ -203,7 +204,7 @@ class Lowering:
         return result
 
     def map_Heaviside(self, node: sympy.Heaviside) -> int:
-        """Lower a step, with the value at the step itself (1/2) that the node contains."""
+        """Return a step; at the step itself it has the value that the node contains, 1/2."""
         argument, middle = self(node.args[0]), self(node.args[1])
         zero, one = self._builder.constant(0), self._builder.constant(1)
         above = self._builder.apply("lt", zero, argument)
@@ -215,6 +216,7 @@ class Lowering:
         return self._builder.apply("not", self._relation("eq", False, node))
 
     def _divide(self, above: int, below: int, node: sympy.Basic) -> int:
+        """Return a quotient; a divisor that is the constant 0 is refused."""
         divisor = self._builder.operations[below]
         if divisor.name == "constant" and divisor.value == 0:
             raise ModelError(
@@ -224,37 +226,45 @@ class Lowering:
         return self._builder.apply("div", above, below)
 
     def _relation(self, operation: str, swapped: bool, node: sympy.Basic) -> int:
+        """Return a comparison, with its operands exchanged if `swapped`."""
         left, right = self(node.args[0]), self(node.args[1])
         return self._builder.apply(operation, *((right, left) if swapped else (left, right)))
 
     def _chain(self, operation: str, operands: list[int]) -> int:
+        """Return an operation applied to several operands, from left to right."""
         return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)
 
 
 @dataclass(slots=True)
 class Arguments(Builder):
-    """A builder with arguments declared by SymPy symbol."""
+    """A builder whose arguments are declared by SymPy symbol.
+
+    Attributes
+    ----------
+    values : dict of sympy.Symbol to int
+        Operation of each symbol.
+    """
 
     values: dict[sympy.Symbol, int] = field(default_factory=dict)
 
     def scalars(self, *symbols: sympy.Symbol) -> "Arguments":
-        """Declare scalar arguments."""
+        """Declare scalar arguments, and return this builder."""
         for symbol in symbols:
             self.values[symbol] = self.scalar(symbol.name)
         return self
 
     def vector_of(self, name: str, symbols: Sequence[sympy.Symbol]) -> "Arguments":
-        """Declare a vector argument."""
+        """Declare a vector argument whose elements are symbols, and return this builder."""
         indices = self.vector(name, [symbol.name for symbol in symbols])
         self.values.update(zip(symbols, indices, strict=True))
         return self
 
     def vector_if_any(self, name: str, symbols: Sequence[sympy.Symbol]) -> "Arguments":
-        """Declare a vector argument, unless it would have no elements."""
+        """Declare a vector argument if it has elements, and return this builder."""
         return self.vector_of(name, symbols) if symbols else self
 
     def lower(self, **outputs: Sequence[Sequence[sympy.Expr]]) -> "Arguments":
-        """Declare results, each in rows."""
+        """Declare results by name, each a matrix of expressions, and return this builder."""
         lowering = Lowering(self, self.values)
         for name, rows in outputs.items():
             self.output(name, [[lowering(e) for e in row] for row in rows])
@@ -262,13 +272,16 @@ class Arguments(Builder):
 
 
 def over_time(values: Mapping[str, sympy.Expr]) -> Program:
-    """Build a program from the time, s, to a number for each name: recorded signals of a twin."""
+    """Return the program of signals as functions of the time, s: the recorded signals of a twin."""
     rows = {name: [[with_numbers(value)]] for name, value in values.items()}
     return Arguments().scalars(TIME).lower(**rows).program("over_time", "Signals over time.")
 
 
 def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
-    """Join factors with one base: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
+    """Return the factors of a product, with powers of the same base joined.
+
+    The derivative ``p x**p / x`` of ``x**p`` would be 0/0 where x is 0.
+    """
     numbers = [factor for factor in product.args if not factor.free_symbols]
     symbolic = [factor for factor in product.args if factor.free_symbols]
     # Numbers stay separate: SymPy writes their joined powers as products again, ``2*sqrt(2)``.

@@ -21,7 +21,16 @@ from .program import Builder, Program
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportedConstant:
-    """A parameter as a number, with a comment."""
+    """A parameter as a number in exported text.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        SI.
+    comment : str
+        Comment next to the number.
+    """
 
     name: str
     value: float
@@ -30,7 +39,7 @@ class ExportedConstant:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FeedForward:
-    """Programs that a printer turns into ``NAME_feedforward`` and ``NAME_control``.
+    """The programs that a printer turns into ``NAME_feedforward`` and ``NAME_control``.
 
     Attributes
     ----------
@@ -69,7 +78,7 @@ def feed_forward(
     about: tuple[str, ...] = (),
     dead_zone: float = 0.0,
 ) -> FeedForward:
-    """Prepare an axis for print, with parameters as numbers.
+    """Return the feed-forward of an axis, ready for a printer, with parameters as numbers.
 
     Parameters
     ----------
@@ -139,6 +148,7 @@ def feed_forward(
 
 
 def _force(model: AxisModel, dead_zone: float, about: str) -> Program:
+    """Return the program of the force that a motion needs, with a dead zone of the direction."""
     builder, q = Builder(), model.axis.coordinate
     motion = [builder.scalar(s.name) for s in (q.symbol, q.velocity, q.acceleration)]
     recorded = _recorded(builder, model)
@@ -156,7 +166,7 @@ def _needed(model: AxisModel) -> frozenset[SignalSymbol]:
 
 
 def _recorded(builder: Builder, model: AxisModel) -> list[int]:
-    """Return the recorded signals, of which only the needed ones are arguments."""
+    """Return the recorded signals as operations: needed ones are arguments, others are 0."""
     needed = _needed(model)
     return [
         builder.scalar(s.name) if s.symbol in needed else builder.constant(0.0)
@@ -165,6 +175,7 @@ def _recorded(builder: Builder, model: AxisModel) -> list[int]:
 
 
 def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
+    """Return the friction direction: the sign of the velocity, 0 up to the dead zone."""
     if not dead_zone:
         return builder.apply("sign", velocity)
     upper, lower = builder.constant(dead_zone), builder.constant(-dead_zone)
@@ -174,6 +185,7 @@ def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
 
 
 def _control(model: AxisModel, about: str) -> Program:
+    """Return the program of the control for a force: over the dead band, within the limit."""
     drive, q = model.axis.drive, model.axis.coordinate
     builder = Builder()
     signals = [(builder.scalar(s.name),) for s in (FORCE, q.symbol, q.velocity)]

@@ -52,7 +52,7 @@ Vector = tuple[int, ...]
 
 
 def state_start(model: AxisModel, found: Switching) -> Program:
-    """Build the start of the states, by the parameters, and the first side of each limit."""
+    """Return the program of the states' start values and of the first limit's side."""
     arguments = Arguments().vector_of("parameters", [p.symbol for p in model.axis.parameters])
     builder = arguments.lower(states=[[state.start] for state in model.states])
     builder.output("first_limit", [[builder.constant(len(found.sides) - len(found.limits))]])
@@ -60,10 +60,11 @@ def state_start(model: AxisModel, found: Switching) -> Program:
 
 
 def state_dynamics(model: AxisModel, found: Switching) -> Program:
-    """Build acceleration and rates of the states in one mode, and all their slopes.
+    """Return the program of acceleration and state rates in one mode, and of their derivatives.
 
-    The slopes are by position, velocity and states, one row for the acceleration and one for each
-    state; ``curvature`` is the slope of the states' relaxation by the velocity.
+    The derivatives (``slopes``) are by position, velocity and states, one row for the acceleration
+    and one for each state. ``curvature`` is the derivative of the states' relaxation by the
+    velocity.
     """
     q = model.axis.coordinate
     arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity, FORCE, DIRECTION)
@@ -83,7 +84,7 @@ def state_dynamics(model: AxisModel, found: Switching) -> Program:
 
 
 def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
-    """Add the sides and the states, if there are any, and the parameters."""
+    """Return arguments with the sides, the states (each if there are any) and the parameters."""
     return (
         arguments.vector_if_any("sides", found.sides)
         .vector_if_any(STATES, [state.symbol for state in model.states])
@@ -93,7 +94,7 @@ def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Argum
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remembering:
-    """Motion and states of one mode, as operations of one builder.
+    """Motion and internal states in one mode, integrated together, as operations of a builder.
 
     Attributes
     ----------
@@ -101,12 +102,12 @@ class Remembering:
     dynamics : Program
         Program of `state_dynamics`.
     force : int
-        Held.
+        The force, constant during the step.
     mode : tuple of tuple of int
         The direction, and the sides if there are any.
     parameters : tuple of int
     limited : tuple of (int, int) or None
-        By state: its side, and its limit; None for a state without one.
+        For each state, the side of its limit, and the limit; None for a state without a limit.
     """
 
     builder: Builder
@@ -117,7 +118,7 @@ class Remembering:
     limited: tuple[tuple[int, int] | None, ...]
 
     def _at(self, motion: Sequence[int]) -> dict[str, Vector]:
-        """Return rates and slopes at position, velocity and states."""
+        """Return rates and derivatives at a position, a velocity and states."""
         q, dq, *states = motion
         state = (*self.mode, tuple(states), self.parameters)
         return self.builder.inline(self.dynamics, (q,), (dq,), (self.force,), *state)
@@ -146,7 +147,10 @@ class Remembering:
         return build("max", swinging, build("sqrt", relaxing))
 
     def step(self, motion: Vector, step: int) -> Vector:
-        """Return position, velocity and states after `step` seconds."""
+        """Return position, velocity and states after `step` seconds, by one step of Rodas4.
+
+        Each stage solves a linear system with the same matrix, from the derivatives at the start.
+        """
         build, number = self.builder.apply, self.builder.constant
         here = self._at(motion)
         solve = self._solver(here["slopes"], step, len(motion))
@@ -164,7 +168,7 @@ class Remembering:
         return (*end[:2], *states)
 
     def _kept(self, state: int, index: int) -> int:
-        """Return a state at the end of a step, at its limit while it slips."""
+        """Return a state at the end of a step; at its limit if it slips."""
         limited = self.limited[index]
         if limited is None:
             return state
@@ -173,6 +177,7 @@ class Remembering:
         return build("select", slips, build("mul", self.mode[0][0], limit), state)
 
     def _plus(self, start: Vector, weights: Sequence[float], made: Sequence[Vector]) -> Vector:
+        """Return a vector plus a weighted sum of vectors."""
         build, number = self.builder.apply, self.builder.constant
         for weight, each in zip(weights, made, strict=True):
             start = tuple(
@@ -182,9 +187,19 @@ class Remembering:
         return start
 
     def _solver(self, slopes: Vector, step: int, width: int) -> Callable[[Vector], Vector]:
-        """Return a solver of ``(1/(gamma h) - J) u = right``, with the position from the velocity.
+        """Return a solver of ``(1/(gamma h) - J) u = right`` for the stages of a step.
 
-        The states are eliminated first, whose pivots are positive because they relax.
+        The position follows from the velocity. The states are eliminated first; their pivots are
+        positive because they relax.
+
+        Parameters
+        ----------
+        slopes : tuple of int
+            The matrix J, row by row, without the row of the position.
+        step : int
+            h.
+        width : int
+            Number of unknowns: position, velocity and states.
         """
         build, number = self.builder.apply, self.builder.constant
         short = build("mul", number(_GAMMA), step)
@@ -220,7 +235,10 @@ class Remembering:
         return solve
 
     def _eliminate(self, matrix: list[list[int]], none: int) -> dict[tuple[int, int], int]:
-        """Make a matrix upper triangular; return the multiples of rows that were subtracted."""
+        """Make a matrix upper triangular, in place; return the multipliers by row and pivot row.
+
+        `none` is the operation of the number 0, whose entries are skipped.
+        """
         build, factors = self.builder.apply, {}
         for k in range(len(matrix)):
             for i in range(k + 1, len(matrix)):

@@ -45,15 +45,14 @@ STUCK = 1 - 2.0**-53
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopStart:
-    """Start of a simulation.
+    """Start of a simulation; for a batch, each attribute has one entry for each lane.
 
     Attributes
     ----------
     position : float or (B,) array
-        By lane for a batch, like all others.
     velocity : float or (B,) array
     memory : (m,) or (B, m) array or None
-        Memory of law and drive, in the order of ``control_start``; None for an axis at rest.
+        State of law and drive, in the order of ``control_start``; None for an axis at rest.
     """
 
     position: Any

@@ -34,7 +34,7 @@ _Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
 def plant_programs(
     model: AxisModel, law: Program | None, acceleration: Program
 ) -> tuple[Program, ...]:
-    """Build the plant's programs for the time loop.
+    """Return the programs of the plant for the time loop.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def plant_programs(
     -------
     tuple of Program
         ``held_acceleration`` and ``plant_step``; with kinks or jumps over the position
-        ``switching`` and ``plant_rate``; else ``wave_number``, if the acceleration has one.
+        ``switching`` and ``plant_rate``; otherwise ``wave_number``, if the acceleration has one.
         ``drive_response`` of a drive whose force changes between samples. With internal states
         ``state_start``, and ``plant_rate`` also without kinks.
     """
@@ -86,7 +86,10 @@ def plant_programs(
 
 
 def _switching(model: AxisModel, found: Switching) -> Program:
-    """Build the switching functions; recorded signals among them are taken `step` seconds later."""
+    """Return the program of the switching functions and their rates of change.
+
+    Recorded signals in them have the values that they reach `step` seconds later.
+    """
     q = model.axis.coordinate
     # A state at its limit is exactly at it: the limit is divided here as in a step.
     arguments = Arguments(reciprocals=bool(model.states)).scalars(q.symbol, q.velocity)
@@ -121,20 +124,43 @@ def _switching(model: AxisModel, found: Switching) -> Program:
 
 
 def _slope(value: sympy.Expr, by: set[sympy.Symbol], following: set[sympy.Symbol]) -> sympy.Expr:
-    """Return the rate of a switching function; states with a limit change like the position."""
+    """Return the sum of a switching function's derivatives with respect to the symbols `by`.
+
+    Internal states with a limit, `following`, change like the position.
+    """
     own = by if value.free_symbols & following else by - following
     return sum(slope(value, each, "a switching function") for each in own)
 
 
 @dataclass(frozen=True, slots=True)
 class _Plant:
-    """The plant under the values held between samples, as operations of one builder.
+    """The plant between two samples, with the values that are held, as operations of a builder.
 
-    A sampled law holds its force; with a lag the force moves to a final value, which is held too,
-    and if the drive's force depends on the motion, the control is held. A continuous law is
-    evaluated inside the plant's derivative; the held values are the line that the reference
-    follows, the error of the measurement and the test signal that is added to the control. Each
-    recorded signal follows a line.
+    A sampled law holds its force. With a lag the force moves to a final value, which is held too;
+    if the drive's force depends on the motion, the control is held. A continuous law is evaluated
+    inside the plant's derivative; the held values are then the reference with its rate, the
+    measurement error and the test signal that is added to the control. Each recorded signal follows
+    a straight line.
+
+    Attributes
+    ----------
+    model : AxisModel
+    law : Program or None
+        A continuous control law; None for a sampled one.
+    acceleration : Program
+        The direct dynamics in one mode.
+    builder : Arguments
+    motion : (int, int)
+        Position and velocity at the start.
+    held : tuple of int
+    recorded : tuple of (int, int)
+        Value and rate of each recorded signal.
+    mode : tuple of tuple of int
+        The friction direction, and the sides if there are any.
+    parameters : tuple of int
+    found : Switching
+    states : tuple of int
+        Internal states of friction.
     """
 
     model: AxisModel
@@ -150,7 +176,10 @@ class _Plant:
     states: tuple[int, ...] = ()
 
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
-        """Return the force at a state, some time into the period."""
+        """Return the force at a position and velocity, `elapsed` seconds after the start.
+
+        None as `elapsed` means at the start.
+        """
         if self.law is None:
             response = self.model.axis.response
             of_control = response is not None and response.holds_control
@@ -165,11 +194,15 @@ class _Plant:
         return self._made(law["control"][0], q, dq, elapsed)
 
     def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
+        """Return the force that the drive produces for a control."""
         signals = self._signals(elapsed)
         return DriveInMode(self.builder, self.model, self.mode[0], signals).force(control, q, dq)
 
     def accelerate(self, q: int, dq: int, elapsed: int | None, tau: int | None = None) -> int:
-        """Return the acceleration at a state, some time into the period, under a force."""
+        """Return the acceleration at a position and velocity, `elapsed` seconds after the start.
+
+        None as `elapsed` means at the start; `tau` is the force, by default that of `force`.
+        """
         tau = self.force(q, dq, elapsed) if tau is None else tau
         direction, *sides = self.mode
         motion = ((q,), (dq,), (tau,), direction, *self._signals(elapsed))
@@ -180,17 +213,18 @@ class _Plant:
         return indices[0]
 
     def _signals(self, elapsed: int | None) -> list[tuple[int]]:
+        """Return the values of the recorded signals `elapsed` seconds after the start."""
         return [(self._later(value, rate, elapsed),) for value, rate in self.recorded]
 
     def _later(self, value: int, rate: int, elapsed: int | None) -> int:
-        """Return the value of a signal on a line, some time into the period."""
+        """Return a value on a straight line, `elapsed` seconds after the start; None: at once."""
         if elapsed is None:
             return value
         return self.builder.apply("add", value, self.builder.apply("mul", rate, elapsed))
 
 
 def _remembering(plant: _Plant) -> Remembering:
-    """Return motion and states together, under the held force."""
+    """Return motion and internal states together, under the held force."""
     limits, lower = plant.found.limits, Lowering(plant.builder, plant.builder.values)
     return Remembering(
         builder=plant.builder,
@@ -206,10 +240,10 @@ def _remembering(plant: _Plant) -> Remembering:
 
 
 def _held_names(model: AxisModel) -> tuple[str, ...]:
-    """Return the names of the values held between samples.
+    """Return the names of the values held between samples, without recorded signals.
 
-    Under a sampled law that is the force; with a lag its final value as well, and the control if
-    the force changes with the motion.
+    For a sampled law this is the force; with a lag also its final value, and the control if the
+    force depends on the motion. For a continuous law these are its inputs.
     """
     law, response = model.axis.control, model.axis.response
     if law is not None and law.continuous:
@@ -220,11 +254,12 @@ def _held_names(model: AxisModel) -> tuple[str, ...]:
 
 
 def _recorded_names(model: AxisModel) -> tuple[str, ...]:
+    """Return the names of value and rate of each recorded signal, in turn."""
     return tuple(name for s in model.axis.signals for name in (s.name, s.rate_name))
 
 
 def _held(arguments: Arguments, model: AxisModel) -> tuple[tuple[int, ...], _Lines]:
-    """Declare the held values, and value and rate of each recorded signal."""
+    """Declare the held values; return them, and value and rate of each recorded signal."""
     names = _held_names(model)
     vector = arguments.vector("held", (*names, *_recorded_names(model)))
     lines = vector[len(names) :]
@@ -234,6 +269,7 @@ def _held(arguments: Arguments, model: AxisModel) -> tuple[tuple[int, ...], _Lin
 def _plant(
     model: AxisModel, law: Program | None, acceleration: Program, found: Switching
 ) -> _Plant:
+    """Return the plant with its arguments declared in a new builder."""
     q = model.axis.coordinate
     arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity)
     names, signals = _held_names(model), model.axis.signal_symbols
@@ -257,6 +293,10 @@ def _plant(
 
 
 def _plant_step(plant: _Plant) -> Program:
+    """Return the program of one step of the motion in one mode.
+
+    It gives position, velocity and internal states at the end, and the acceleration at both ends.
+    """
     names, builder = plant.model.axis.coordinate, plant.builder
     step, states = builder.scalar("step"), list[int]()
     if plant.states:
@@ -278,7 +318,10 @@ def _plant_step(plant: _Plant) -> Program:
 
 
 def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
-    """Build a classical fourth-order step: position, velocity, and acceleration at both ends."""
+    """Return position and velocity after a classical fourth-order step, and both accelerations.
+
+    The accelerations are those at the start and at the end.
+    """
     builder, build = plant.builder, plant.builder.apply
     q, dq = plant.motion
 
@@ -314,7 +357,11 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
 
 
 def _plant_rate(plant: _Plant, found: Switching) -> Program:
-    """Build the rate, from damping, stiffness and waves; rate times step is at most `RESOLVED`."""
+    """Return the program of the largest rate of change of the motion in one mode, 1/s.
+
+    It follows from damping, stiffness and waves of the acceleration. The rate times the step should
+    be `RESOLVED` at most.
+    """
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     wave, resolved = builder.constant(0), builder.constant(RESOLVED / PHASE_PER_STEP)
     if found.wave_numbers:
@@ -338,7 +385,10 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
 
 
 def _probed_rate(plant: _Plant, wave: int | None) -> int:
-    """Return damping and stiffness, from the change of the acceleration over a probe."""
+    """Return the larger of the rates of damping and stiffness, 1/s, by finite differences.
+
+    `wave` is the largest wave number, which shortens the difference of the position; None for none.
+    """
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     probe = way = builder.constant(PROBE)
     if wave is not None:
@@ -356,7 +406,7 @@ def _probed_rate(plant: _Plant, wave: int | None) -> int:
 
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
-    """Build one sample of the loop from its control law and a step of the plant.
+    """Return the program of one sample of the loop: control law, drive, a step of the plant.
 
     Parameters
     ----------
@@ -390,6 +440,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     theta = builder.vector(own.name, (*own.elements, *names))
     others += [theta[: len(own.elements)], builder.vector(step.name, step.elements)]
     gains = (theta[len(own.elements) :],) if names else ()
+    # Evaluate the law with the measured position, then the drive, then the plant.
     measured = builder.apply("add", values[q], error)
     control = builder.inline(
         law, (reference,), (measured,), (values[dq],), *signals, (injected,), state, *gains

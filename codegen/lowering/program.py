@@ -1,9 +1,9 @@
-"""Straight-line programs, between SymPy and the text of any target.
+"""Straight-line programs, between SymPy and the text of any target language.
 
-A program is a list of operations on scalars, each used by index and written once: equal operations
-share an index (value numbering), which is the common-subexpression elimination. A printer turns a
-program into text; a further target is a further printer. Without any target a program is evaluated
-number by number.
+A program is a list of operations on scalars. An operation refers to earlier ones by their index,
+and equal operations share an index (value numbering), which eliminates common subexpressions. A
+printer turns a program into text; a further language is a further printer. A program can also be
+evaluated directly with NumPy.
 """
 
 import math
@@ -55,7 +55,19 @@ OPERATIONS = (
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An operation: its name, the indices of its operands, and the content of a leaf."""
+    """An operation of a program.
+
+    Attributes
+    ----------
+    name : str
+        One of `OPERATIONS`.
+    operands : tuple of int
+        Indices of the operands; empty for an input or a constant.
+    symbol : str
+        Name of an input, or text of a constant.
+    value : float
+        Value of a constant.
+    """
 
     name: str
     operands: tuple[int, ...] = ()
@@ -65,7 +77,14 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """An argument: a scalar when `elements` is just its own name, else a column vector."""
+    """An argument of a program.
+
+    Attributes
+    ----------
+    name : str
+    elements : tuple of str
+        Names of the elements of a column vector; only `name` itself for a scalar.
+    """
 
     name: str
     elements: tuple[str, ...]
@@ -73,7 +92,14 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """A result: operation indices in rows; a scalar, a row, a column or a matrix."""
+    """A result of a program.
+
+    Attributes
+    ----------
+    name : str
+    rows : tuple of tuple of int
+        Indices of operations in rows: a scalar, a row, a column or a matrix.
+    """
 
     name: str
     rows: tuple[tuple[int, ...], ...]
@@ -91,16 +117,22 @@ class Program:
 
     @property
     def operation_count(self) -> int:
-        """Return the number of arithmetic operations, leaves not counted."""
+        """Return the number of operations, without inputs and constants."""
         return sum(bool(operation.operands) for operation in self.operations)
 
 
 @dataclass(slots=True)
 class Builder:
-    """Collects operations; equal ones share an index.
+    """Collects the operations of a program; equal ones share an index.
 
-    With `reciprocals` a division is a product with the reciprocal, which is computed once for all
-    divisions by the same value: suitable for steps that divide by the inertia repeatedly.
+    Attributes
+    ----------
+    inputs : list of Input
+    outputs : list of Output
+    operations : list of Operation
+    reciprocals : bool
+        Whether a division becomes a product with the reciprocal, which is computed once for all
+        divisions by the same value. This suits steps that divide by the inertia repeatedly.
     """
 
     inputs: list[Input] = field(default_factory=list)
@@ -110,21 +142,21 @@ class Builder:
     _index: dict[Operation, int] = field(default_factory=dict)
 
     def scalar(self, name: str) -> int:
-        """Declare a scalar argument."""
+        """Declare a scalar argument, and return its index."""
         return self.vector(name, (name,))[0]
 
     def vector(self, name: str, elements: Sequence[str]) -> tuple[int, ...]:
-        """Declare a vector argument with named elements."""
+        """Declare a vector argument with named elements, and return their indices."""
         self.inputs.append(Input(name, tuple(elements)))
         return tuple(self._intern(Operation("input", symbol=element)) for element in elements)
 
     def constant(self, value: float) -> int:
-        """Return a literal number.
+        """Return the index of a number.
 
         Raises
         ------
         ModelError
-            It is not finite, which no target has a literal for.
+            It is not finite; no target language has a literal for it.
         """
         number = float(value)
         if not math.isfinite(number):
@@ -136,7 +168,7 @@ class Builder:
         return self._intern(Operation("constant", value=number, symbol=repr(number)))
 
     def apply(self, name: str, *operands: int) -> int:
-        """Apply an operation to earlier results."""
+        """Return the index of an operation on earlier results."""
         if name == "div" and self.reciprocals:
             one = self.constant(1)
             if operands[0] != one:
@@ -144,11 +176,17 @@ class Builder:
         return self._intern(Operation(name, operands))
 
     def inline(self, program: Program, *arguments: Sequence[int]) -> dict[str, tuple[int, ...]]:
-        """Copy another program's operations, with its arguments bound to results of this one.
+        """Copy the operations of another program into this one.
+
+        Parameters
+        ----------
+        program : Program
+        *arguments : sequence of int
+            For each argument of the program, the indices of its elements here.
 
         Returns
         -------
-        dict
+        dict of str to tuple of int
             Indices of the outputs' elements, row by row.
         """
         bound = {
@@ -169,11 +207,11 @@ class Builder:
         }
 
     def output(self, name: str, rows: Sequence[Sequence[int]]) -> None:
-        """Declare a result."""
+        """Declare a result by rows of indices."""
         self.outputs.append(Output(name, tuple(map(tuple, rows))))
 
     def program(self, name: str, summary: str) -> Program:
-        """Return the program, without operations that no output needs."""
+        """Return the program, without operations that no result needs."""
         needed = {i for port in self.outputs for row in port.rows for i in row}
         for index in range(len(self.operations) - 1, -1, -1):
             if index in needed:
@@ -195,6 +233,7 @@ class Builder:
         )
 
     def _intern(self, operation: Operation) -> int:
+        """Return the index of an operation, which is added if there is no equal one."""
         if operation not in self._index:
             self._index[operation] = len(self.operations)
             self.operations.append(operation)

@@ -1,11 +1,11 @@
 """Kinks and jumps of the acceleration between samples, and its scale of variation.
 
-Such a place is where a *switching function* of the motion is zero: the argument of an ``Abs``, the
-difference of the arguments of a ``Max``. With the *side* (+1 or -1) in place of the decision, the
-acceleration is smooth on each side and beyond it: one mode of the motion, just as the friction
-direction gives one for the velocity's sign. The time loop locates the change of a side. A recorded
-signal that runs straight between samples moves such a place, or passes one without a motion; a held
-one moves it at the samples.
+A kink or jump is where a *switching function* of the motion is zero: the argument of an ``Abs``,
+the difference of the arguments of a ``Max``. The *side* is the sign of this function, +1 or -1.
+With the sides as given numbers, the acceleration is smooth everywhere: this is one *mode* of the
+motion, just as a friction direction is one mode at velocity reversals. The time loop finds when a
+side changes. A recorded signal that runs straight between samples moves a kink, or passes it
+without a motion; a held signal moves it at the samples.
 """
 
 import math
@@ -43,25 +43,26 @@ _HIGHEST_DEGREE = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Switching:
-    """The acceleration by its sides.
+    """The acceleration of an axis, with sides in place of its kinks and jumps.
 
     Attributes
     ----------
     acceleration : sympy.Expr
-        With the sides in it.
+        Acceleration as a function of the motion and the sides.
     sides : tuple of sympy.Symbol
-        One for each switching function; empty where the acceleration is smooth over the position.
+        One for each switching function; empty if the acceleration is smooth over the position.
     functions : tuple of sympy.Expr
-        Each has the sign of its side; one may depend on the sides of those before it.
+        The switching functions, whose signs are the sides; one may depend on the sides before it.
     wave_numbers, by_velocity : tuple of sympy.Expr
-        Reciprocals of the shortest way, and of the smallest change of the velocity, over which the
-        acceleration may vary.
+        Reciprocals of the shortest distance, and of the smallest change of the velocity, over which
+        the acceleration may vary.
     moved_by : tuple of Signal
-        Recorded signals that stand in the switching functions.
+        Recorded signals in the switching functions.
     rates : tuple of sympy.Expr
-        Rates of the internal states, by their limits' sides.
+        Rates of the internal states, as functions of the sides of their limits.
     limits : mapping of int to sympy.Symbol
-        The side of each state that has a limit, by the state's place: the last sides, +1 within.
+        The side of each state that has a limit, by the state's index: +1 within the limit, -1 while
+        the state slips. They are the last of the sides.
     """
 
     acceleration: sympy.Expr
@@ -75,7 +76,7 @@ class Switching:
 
 
 def switching(model: AxisModel) -> Switching:
-    """Find the kinks and jumps of an axis's acceleration."""
+    """Return an axis's acceleration with sides in place of its kinks and jumps."""
     q, acceleration = model.axis.coordinate, with_numbers(model.acceleration)
     sides: dict[sympy.Expr, sympy.Symbol] = {}
     running = {signal.symbol for signal in model.axis.signals if not signal.is_held}
@@ -106,10 +107,11 @@ def switching(model: AxisModel) -> Switching:
 def _with_limits(
     model: AxisModel, sides: dict[sympy.Expr, sympy.Symbol]
 ) -> tuple[tuple[sympy.Expr, ...], dict[int, sympy.Symbol]]:
-    """Return the rates of the states; a slipping one has none. The side of its limit is added.
+    """Return the rates of the internal states, and the side of each limit by the state's index.
 
-    At the limit its switching function is exactly 0, and a motion outwards from there continues to
-    slip.
+    The rate of a slipping state is 0. The side of each limit is added to `sides`, by its switching
+    function. At the limit this function is exactly 0, and a motion outwards from there keeps
+    slipping.
     """
     rates, limits = list[sympy.Expr](), dict[int, sympy.Symbol]()
     for i, state in enumerate(model.states):
@@ -123,10 +125,17 @@ def _with_limits(
 
 
 class _Sides:
-    """Rewrites decisions by the motion in terms of sides, which it collects.
+    """Rewrites an expression with sides in place of kinks and jumps, and collects the sides.
 
-    `running` are the symbols that change between samples in addition to the velocity. Decisions by
-    the sign of the velocity alone are kept: there the friction direction changes.
+    Kinks that the sign of the velocity alone decides stay: there the friction direction changes.
+
+    Parameters
+    ----------
+    running : set of sympy.Symbol
+        Symbols, except the velocity, that change between samples.
+    velocity : sympy.Symbol
+    sides : dict of sympy.Expr to sympy.Symbol
+        Sides by their switching function; new ones are added.
     """
 
     def __init__(
@@ -139,7 +148,7 @@ class _Sides:
         self._memo: dict[sympy.Basic, sympy.Basic] = {}
 
     def __call__(self, node: sympy.Basic) -> sympy.Basic:
-        """Return the node by its sides."""
+        """Return an expression with sides in place of its kinks and jumps."""
         if not node.args or not node.free_symbols & self._motion:
             return node
         if node not in self._memo:
@@ -147,6 +156,7 @@ class _Sides:
         return self._memo[node]
 
     def _rewritten(self, node: sympy.Basic, arguments: list[sympy.Basic]) -> sympy.Basic:
+        """Return a node with rewritten arguments, itself rewritten if it has a kink or a jump."""
         if isinstance(node, (Max, Min)):
             ordered = sorted(arguments, key=sympy.default_sort_key)
             return reduce(partial(self._chosen, kind=type(node)), ordered)
@@ -165,6 +175,7 @@ class _Sides:
         return node.func(*arguments)
 
     def _decided(self, node: sympy.Basic, inside: sympy.Expr, side: sympy.Expr) -> sympy.Basic:
+        """Return Abs, sign, Heaviside or a comparison with its side in place of the decision."""
         if isinstance(node, sympy.Abs):
             return side * inside
         if isinstance(node, sympy.Heaviside):
@@ -172,11 +183,15 @@ class _Sides:
         return side if isinstance(node, sympy.sign) else node.func(side, 0)
 
     def _chosen(self, a: sympy.Expr, b: sympy.Expr, kind: type[sympy.Basic]) -> sympy.Expr:
+        """Return the larger or smaller of two expressions, as their side decides."""
         side = self._side(a - b if kind is Max else b - a)
         return kind(a, b) if side is None else sympy.Piecewise((a, side > 0), (b, True))
 
     def _side(self, value: sympy.Expr) -> sympy.Expr | None:
-        """Return the side of a value, if more than the velocity's sign decides it."""
+        """Return the side of a switching function; None if at most the velocity's sign decides it.
+
+        A new symbol is made unless the function, or its negative, has a side already.
+        """
         if not value.free_symbols & self._motion:
             return None
         slope = value.diff(self._velocity)
@@ -191,7 +206,7 @@ class _Sides:
 
 
 def wave_number(model: AxisModel, found: Switching) -> Program:
-    """Build the largest wave number, by position, signals and parameters."""
+    """Return the program of the largest wave number, from position, signals and parameters."""
     axis = model.axis
     arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
     arguments.vector_of("parameters", [p.symbol for p in axis.parameters])
@@ -208,7 +223,10 @@ def largest_wave(arguments: Arguments, numbers: Iterable[sympy.Expr]) -> int:
 
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:
-    """Return the wave numbers of all nodes that are no polynomial of position, or of velocity."""
+    """Return the wave numbers of all parts of expressions that are no polynomial of a symbol.
+
+    The symbol is the position, or the velocity.
+    """
     nodes = (node for value in values for node in dict.fromkeys(sympy.preorder_traversal(value)))
     depending = (node for node in nodes if position in node.free_symbols)
     found = dict.fromkeys(number for node in depending for number in _of_node(node, position))
@@ -216,7 +234,7 @@ def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple
 
 
 def _of_node(node: sympy.Basic, position: sympy.Symbol) -> Iterator[sympy.Expr]:
-    """Return the wave numbers of one function of the position, or of one root or quotient."""
+    """Return the wave numbers of one function, one root or one quotient."""
     if isinstance(node, _PERIODIC):
         yield sympy.Abs(node.args[0].diff(position))
     elif isinstance(node, sympy.Function) and not isinstance(node, (Max, Min, sympy.Piecewise)):
@@ -232,9 +250,10 @@ def _of_node(node: sympy.Basic, position: sympy.Symbol) -> Iterator[sympy.Expr]:
 
 
 def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
-    """Return the reciprocal of the width of a step or a bell, from the argument that makes it.
+    """Return the reciprocal of the width over which a function of an argument varies.
 
-    The highest derivative gives the width of ``exp(-((q - q0)/w)**2)`` also where its value is 0.
+    The highest derivative of the argument gives the width of ``exp(-((q - q0)/w)**2)`` also where
+    the argument is 0.
     """
     slope = inside
     for degree in range(1, _HIGHEST_DEGREE + 1):
@@ -247,7 +266,7 @@ def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
 def stiffest_term(
     axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
 ) -> tuple[str, float]:
-    """Return the term with the fastest damping, stiffness or waves, and its steps per second.
+    """Return the term of the equation of motion that needs most steps, and its steps per second.
 
     Parameters
     ----------
@@ -257,7 +276,7 @@ def stiffest_term(
     motion : tuple of float
         Position and velocity.
     recorded : sequence of float
-        The recorded signals there, in the axis's order.
+        Values of the recorded signals, in the axis's order.
     """
     q = axis.coordinate
     point = motion_point(axis, parameters, motion, recorded)
@@ -276,7 +295,7 @@ def stiffest_term(
 
 
 def _size(value: sympy.Expr, point: dict[sympy.Symbol, float]) -> float:
-    """Return the amount at a point, away from jumps; 0 where it has none."""
+    """Return the absolute value of an expression at a point, without jumps; 0 if it has none."""
     smooth = value.replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
     size = abs(float_at(smooth, point))
     return 0.0 if math.isnan(size) else size

@@ -61,7 +61,7 @@ C = Language(
 
 
 def print_c_prelude(text: str) -> str:
-    """Return the headers and helpers that a C text needs; others would be unused."""
+    """Return the headers and helpers that a C text needs, and no others."""
     return f"{_INCLUDES}\n{print_c_helpers(text)}"
 
 
@@ -123,16 +123,16 @@ def print_c_loop(
     continuous: bool,
     response: Mapping[str, float],
 ) -> str:
-    """Return the part that includes the closed loop over time, for the sizes of one axis.
+    """Return the definitions of one axis's sizes, and the line that includes the time loop.
 
     Parameters
     ----------
     sizes : mapping of str to int
-        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any, and
-        ``GAINS`` where those of the law are arguments, the last of the parameters; ``MOVING`` where
-        signals move places in which sides change; ``STATES`` for friction with internal states, and
-        ``FIRST_LIMIT`` where some of the sides, from there on, are those of states' limits;
-        ``WAVES`` where the acceleration has waves over the position.
+        ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` if there are any, and
+        ``GAINS`` if those of the law are arguments, the last of the parameters; ``MOVING`` if
+        signals move the kinks at which sides change; ``STATES`` for friction with internal states,
+        and ``FIRST_LIMIT``, the index of the first side that belongs to a state's limit, if there
+        is one; ``WAVES`` if the acceleration has waves over the position.
     continuous : bool
         Whether the law is continuous.
     response : mapping of str to float
@@ -163,17 +163,17 @@ def print_c_loop(
 
 
 def print_c_loop_header() -> str:
-    """Return the text of the loop itself, independent of an axis, which native code includes."""
+    """Return the text of the time loop, the same for every axis, which native code includes."""
     return _joined("loop", _LOOP)
 
 
 def with_loop_header(text: str) -> str:
-    """Return native code with the included header in its place, as one text to compile."""
+    """Return native code with the text of the time loop in place of its include line."""
     return text.replace(_INCLUDE_LOOP, print_c_loop_header())
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:
-    """Return a function for the starting memory, from values and rates of recorded signals."""
+    """Return the C function that computes the starting state from recorded values and rates."""
     values = ", ".join(f"recorded[{2 * i}]" for i in range(signals))
     taken, given = ("const double *gains, ", "gains, ") if by_gains else ("", "")
     return (
@@ -184,6 +184,7 @@ def _start_of(signals: int, *, by_gains: bool) -> str:
 
 
 def _unpacked(port: Input, used: set[str]) -> list[str]:
+    """Return the lines that name the elements of an argument that are used."""
     if _is_scalar(port):
         return [] if port.name in used else [f"    (void){port.name}_;"]
     lines = [
@@ -236,6 +237,7 @@ def print_c99(export: FeedForward) -> str:
 
 
 def _body(program: Program, elements: list[str]) -> list[str]:
+    """Return the lines of a function: unused arguments, operations, and its return."""
     texts, lines = print_operations(program, C)
     used = {op.symbol for op in program.operations if op.name == "input"}
     unused = [f"    (void){name}_;" for name in elements if name not in used]
@@ -249,12 +251,12 @@ _HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#includ
 
 
 def print_c_lanes(native: str, parameters: int) -> str:
-    """Return the C text of the lanes of an axis, from that of its native code.
+    """Return the C text that makes regression rows of many simulations of an axis.
 
     Parameters
     ----------
     native : str
-        Its native code, with the functions of one sample first.
+        Native code of the axis, with the functions of one sample first.
     parameters : int
         Number of parameters.
     """

@@ -61,6 +61,7 @@ def print_function(program: Program) -> str:
 
 
 def _matrix(port: Output, texts: list[str]) -> str:
+    """Return the text of a result as a CasADi scalar, row, column or matrix."""
     rows = [[texts[i] for i in row] for row in port.rows]
     if not rows:
         return "casadi.SX(0, 1)"
@@ -196,12 +197,13 @@ def print_python(export: FeedForward) -> str:
 
 
 def _body(program: Program, language: Language) -> list[str]:
+    """Return the lines of a function's operations and its return."""
     texts, lines = print_operations(_with_quotients(program), language)
     return [*lines, f"    return {texts[program.outputs[0].rows[0][0]]}"]
 
 
 def _with_quotients(program: Program) -> Program:
-    """Return the program with another name for divisions by a value that may be 0."""
+    """Return a program whose divisions by a value that may be 0 are called ``quotient``."""
 
     def named(operation: Operation) -> Operation:
         if operation.name != "div":
@@ -214,6 +216,7 @@ def _with_quotients(program: Program) -> Program:
 
 
 def _language(names: dict[str, str]) -> Language:
+    """Return the syntax of plain Python, with a legal name for each argument."""
     return Language(
         calls={
             **{name: f"math.{name}" for name in OPERATIONS},
@@ -235,4 +238,5 @@ def _language(names: dict[str, str]) -> Language:
 
 
 def _if(text: str) -> str:
+    """Return a number as a condition."""
     return condition(text, "{} != 0.0")

@@ -1,7 +1,7 @@
 """Shared parts of the printers: operations to expressions of one language.
 
-An operation used once is written at its place; one used more often gets a name that starts with an
-underscore, which no declared name does.
+An operation that is used once is written where it is used; one that is used more often gets a name
+that starts with an underscore, which no declared name does.
 """
 
 import re
@@ -20,7 +20,13 @@ _WIDTH = 80
 
 
 class BooleanText(str):
-    """Text of a number that is 1 if a condition holds, otherwise 0, from the condition's text."""
+    """Text of a number that is 1 if a condition holds and 0 otherwise.
+
+    Attributes
+    ----------
+    condition : str
+        Text of the condition itself.
+    """
 
     __slots__ = ("condition",)
     condition: str
@@ -33,7 +39,11 @@ class BooleanText(str):
 
 
 def condition(text: str, unequal: str) -> str:
-    """Return a number as a condition: its Boolean expression, or unequal to 0."""
+    """Return the text of a number as a condition.
+
+    It is the condition from which the number was made, otherwise ``number != 0`` in the form
+    `unequal`.
+    """
     return text.condition if isinstance(text, BooleanText) else unequal.format(text)
 
 
@@ -64,7 +74,10 @@ class Language:
 
 
 def print_operations(program: Program, language: Language) -> tuple[list[str], list[str]]:
-    """Return the text of every operation, and the lines that name those used more than once."""
+    """Return the text of every operation, and the lines that give names to some.
+
+    An operation gets a name if it is used more than once, or if its text is long.
+    """
     uses = Counter(i for operation in program.operations for i in operation.operands)
     uses.update(i for port in program.outputs for row in port.rows for i in row)
     texts: list[Text] = []
@@ -80,6 +93,7 @@ def print_operations(program: Program, language: Language) -> tuple[list[str], l
 
 
 def _expression(operation: Operation, texts: list[Text], language: Language) -> Text:
+    """Return the text of an operation from those of its operands."""
     if operation.name == "input":
         return language.variable(operation.symbol), ATOM
     if operation.name == "constant":
@@ -100,7 +114,7 @@ def _expression(operation: Operation, texts: list[Text], language: Language) -> 
 
 
 def comment(text: str) -> str:
-    """Return a text that no language reads as the end of a comment, in ASCII, without accents."""
+    """Return a text for a comment, in ASCII, that no language reads as the end of the comment."""
     letters = (c for c in normalize("NFKD", " ".join(text.split())) if not combining(c))
     plain = "".join(letters).encode("ascii", "replace").decode()
     apart = re.sub(r"[/(](?=\*)|\*(?=[/)])", r"\g<0> ", plain)
@@ -112,7 +126,7 @@ def distinct_names(
     legal: Callable[[str], str],
     taken: Collection[str],
 ) -> dict[str, str]:
-    """Return distinct names for a language, which differ not only in case.
+    """Return a legal name for each name; no two are equal, even ignoring case.
 
     Parameters
     ----------
@@ -133,5 +147,6 @@ def distinct_names(
 
 
 def _enclosed(operand: Text, strength: int) -> str:
+    """Return an operand's text, in parentheses if it binds less strongly than required."""
     text, own = operand
     return text if own >= strength else f"({text})"

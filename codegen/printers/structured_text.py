@@ -45,7 +45,7 @@ _RESERVED = frozenset(
 
 
 def print_st(export: FeedForward) -> str:
-    """Return the text of the two functions, the first used by the second."""
+    """Return the text of both functions; the second calls the first."""
     force, control = map(_legal, export.functions)
     own = (force.lower(), control.lower(), "force")
     names = distinct_names([*export.motion, *(c.name for c in export.constants)], _legal, own)
@@ -74,7 +74,17 @@ def print_st(export: FeedForward) -> str:
 
 
 def _body(program: Program, result: str, language: Language, first: list[str]) -> list[str]:
-    """Return the declarations of the names in the lines, the lines, and the result."""
+    """Return the lines of a function: declared temporaries, operations and result.
+
+    Parameters
+    ----------
+    program : Program
+    result : str
+        Name of the function, to which the result is assigned.
+    language : Language
+    first : list of str
+        Lines before the operations.
+    """
     texts, lines = print_operations(program, language)
     lines = [*first, *lines, f"{result} := {texts[program.outputs[0].rows[0][0]]};"]
     temporaries = [line.split(" := ")[0] for line in lines[:-1]]
@@ -85,6 +95,7 @@ def _body(program: Program, result: str, language: Language, first: list[str]) -
 
 
 def _block(keyword: str, declarations: list[str]) -> list[str]:
+    """Return the lines of a block of declarations; none without declarations."""
     if not declarations:
         return []
     return [keyword, *(f"    {line}" for line in declarations), "END_VAR"]
@@ -104,6 +115,7 @@ def _literal(number: str) -> str:
 
 
 def _language(names: dict[str, str]) -> Language:
+    """Return the syntax of Structured Text, with a legal name for each argument."""
     prefix = "tmp"
     while any(name.lower().startswith(prefix) for name in names.values()):
         prefix = f"x{prefix}"
@@ -135,4 +147,5 @@ def _language(names: dict[str, str]) -> Language:
 
 
 def _if(text: str) -> str:
+    """Return a number as a condition."""
     return condition(text, f"{{}} <> {_ZERO}")

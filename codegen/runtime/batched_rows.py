@@ -1,4 +1,7 @@
-"""Rows of many lanes of an axis, and filters of columns side by side, in compiled code."""
+"""Regression rows of many simulations of an axis, and filters of columns, in compiled code.
+
+A lane is one simulation of a batch; L lanes are computed side by side.
+"""
 
 import contextlib
 from collections.abc import Sequence
@@ -19,21 +22,24 @@ _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
 
 class Decimation(NamedTuple):
-    """Filter of columns, forward and backward, with decimation.
+    """Low-pass filter of columns, forward and backward, with decimation to rows.
 
-    The attributes are in the order of the compiled functions' arguments.
+    The filter is written as a sum of modes, one for each pair of complex poles. The attributes are
+    in the order of the compiled functions' arguments.
 
     Attributes
     ----------
     sizes : (10,) array of int
-        First sample, samples, first and one after the last with weight, padding, samples of a
-        block, end of the first block, blocks before the first row, blocks, rows.
+        First sample, number of samples, first sample with weight and the one after the last,
+        padding, samples of a block, end of the first block, blocks before the first row, blocks,
+        rows.
     powers : (every + 1, 8) array
-        Powers of the poles, real and imaginary part of one of each pair in turn.
+        Powers of the poles: real and imaginary part of one pole of each pair in turn.
     gains, settled : (8,) array
         Gains of the modes in the sum, and their settled state for an input of ones.
     ends : (8, 8) array
-        Start of the backward modes, by the distance of the forward modes from their settled state.
+        Matrix from the distance of the forward modes from their settled state to the start of the
+        backward modes.
     direct : float
         Direct weight of a value in the sum, in addition to the modes.
     """
@@ -47,14 +53,17 @@ class Decimation(NamedTuple):
 
 
 class LaneLibrary(LoadedLibrary):
-    """Compiled rows of lanes; arrays are contiguous, (N, L) or (n, columns, L).
+    """Compiled functions that make regression rows from the signals of L lanes.
+
+    Arrays are contiguous: (N, L) for samples, (n, columns, L) for rows.
 
     Parameters
     ----------
     path : Path
     parameters : int
+        Number of parameters.
     known : bool
-        Whether rows have a part that no parameter scales.
+        Whether the force has a part that no parameter scales; it is then one more column.
     """
 
     def __init__(self, path: Path, parameters: int, *, known: bool) -> None:
@@ -70,7 +79,22 @@ class LaneLibrary(LoadedLibrary):
         period: float,
         into: Sequence[Array],
     ) -> None:
-        """Write the low-passed position and its differences, (N, L) each, into three arrays."""
+        """Write the low-passed position and its first and second differences into three arrays.
+
+        Parameters
+        ----------
+        position : (N, L) array
+        sections : array
+            Second-order sections of the low-pass.
+        settled : array
+            State of the sections after a step has settled.
+        padding : int
+            Samples by which the signal is extended at each end.
+        period : float
+            Sampling period, s.
+        into : sequence of (N, L) array
+            Arrays for position, velocity and acceleration.
+        """
         samples, lanes = position.shape
         self(
             "lanes_motion",
@@ -94,7 +118,22 @@ class LaneLibrary(LoadedLibrary):
         excluded: NDArray[np.bool_] | None,
         decimation: Decimation,
     ) -> Array:
-        """Return regressor, any known part, and force of measured lanes, (n, columns, L)."""
+        """Return the regression rows of measured lanes, (n, columns, L).
+
+        The columns are the regressor, the known part if there is one, and the force.
+
+        Parameters
+        ----------
+        control : (N, L) array
+        motion : tuple of (N, L) array
+            Position, velocity and acceleration.
+        delay : float
+            Fraction of a sample by which the force follows the control: the force is the mean of
+            the present one, with the weight 1 - delay, and the one before.
+        excluded : (N, L) array of bool or None
+            Samples without weight; None for none.
+        decimation : Decimation
+        """
         given = (np.ascontiguousarray(control), *motion, float(delay), _bytes(excluded))
         return self._decimated(
             "lanes_measured", control.shape, given, decimation, (self._columns + 1,)
@@ -108,18 +147,42 @@ class LaneLibrary(LoadedLibrary):
         excluded: NDArray[np.bool_] | None,
         decimation: Decimation,
     ) -> Array:
-        """Return regressor and any known part of simulated lanes, (n, columns, L)."""
+        """Return the regression rows of simulated lanes, (n, columns, L).
+
+        The columns are the regressor, and the known part if there is one.
+
+        Parameters
+        ----------
+        loops : tuple of (N, L) array
+            Signals of the simulations.
+        before : (N, L) array or None
+            Friction direction just before each sample, with which the row is the mean of just
+            before and just after the sample; None if it does not change there.
+        parameters : (L, p) array
+        excluded : (N, L) array of bool or None
+            Samples without weight; None for none.
+        decimation : Decimation
+        """
         given = (*loops, before, np.ascontiguousarray(parameters.T), _bytes(excluded))
         return self._decimated(
             "lanes_simulated", loops[0].shape, given, decimation, (self._columns,)
         )
 
     def weights(self, excluded: NDArray[np.bool_], decimation: Decimation) -> Array:
-        """Return the rows of ones without excluded samples, (n, L)."""
+        """Return the weight of each row, (n, L): filtered ones, with 0 for excluded samples."""
         return self._decimated("lanes_weights", excluded.shape, (_bytes(excluded),), decimation)
 
     def turns(self, velocity: Array, rest: float, reach: int) -> NDArray[np.bool_]:
-        """Return samples, (N, L), within a reach of slow reversals and rests."""
+        """Return which samples, (N, L), are close to a velocity reversal or to standstill.
+
+        Parameters
+        ----------
+        velocity : (N, L) array
+        rest : float
+            Speed below which the axis counts as at standstill.
+        reach : int
+            Number of samples that count as close.
+        """
         samples, lanes = velocity.shape
         out = np.empty((samples, lanes), dtype=np.bool_)
         self("lanes_turns", samples, lanes, velocity, float(rest), reach, _bytes(out))
@@ -132,10 +195,20 @@ class LaneLibrary(LoadedLibrary):
         near: NDArray[np.bool_],
         slow: Array,
     ) -> tuple[Array, Array]:
-        """Return products of the regressor's columns, (p, p, L), over samples (N,) that are kept.
+        """Return two sums of products of the regressor's columns, (p, p, L) each.
 
-        The products are of samples faster than a lane's slow speed, (L,), and of samples that are
-        not near reversals.
+        The first is over samples faster than a lane's slow speed, the second over samples that are
+        not close to a reversal.
+
+        Parameters
+        ----------
+        motion : tuple of (N, L) array
+        kept : (N,) array of bool
+            Samples that are used at all.
+        near : (N, L) array of bool
+            Samples close to a reversal.
+        slow : (L,) array
+            Slow speed of each lane.
         """
         samples, lanes = near.shape
         size = self._parameters
@@ -145,7 +218,7 @@ class LaneLibrary(LoadedLibrary):
         return moving, left
 
     def products(self, one: Array, other: Array) -> Array:
-        """Return sums over rows of products of columns, (p, q, L), of (n, p, L) and (n, q, L)."""
+        """Return sums over rows of products of columns, (p, q, L), from (n, p, L) and (n, q, L)."""
         (rows, p, lanes), q = one.shape, other.shape[1]
         out = np.empty((p, q, lanes))
         one, other = _rows_apart(one), _rows_apart(other)
@@ -161,7 +234,20 @@ class LaneLibrary(LoadedLibrary):
         decimation: Decimation,
         kept: tuple[int, ...] = (),
     ) -> Array:
-        """Return the rows, (n, *kept, L), that a function makes of samples and lanes, (N, L)."""
+        """Return the rows, (n, *kept, L), that a compiled function makes from samples (N, L).
+
+        Parameters
+        ----------
+        function : str
+            Name of the C function.
+        shape : (int, int)
+            N and L.
+        given : sequence
+            Its arguments before the decimation.
+        decimation : Decimation
+        kept : tuple of int
+            Number of columns, if there are columns.
+        """
         every, blocks, rows = map(int, decimation.sizes[[5, 8, 9]])
         columns, groups = self._columns + 1, -(-shape[1] // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
@@ -173,11 +259,12 @@ class LaneLibrary(LoadedLibrary):
 
 
 def _rows_apart(columns: Array) -> Array:
-    """Return columns (n, p, L), contiguous except for their rows, which may be strided."""
+    """Return columns (n, p, L) in which each row is contiguous, copied only if necessary."""
     return columns if columns[0].flags.c_contiguous else np.ascontiguousarray(columns)
 
 
 def _bytes(chosen: NDArray[np.bool_] | None) -> NDArray[np.uint8] | None:
+    """Return flags as bytes; None stays None."""
     return None if chosen is None else np.ascontiguousarray(chosen).view(np.uint8)
 
 
@@ -186,10 +273,10 @@ _KEPT = 2**21  # workspace values that a thread keeps, 17 MB
 
 
 class ColumnFilter(LoadedLibrary):
-    """Second-order sections forward and backward along columns.
+    """Second-order sections applied forward and backward along columns, in compiled code.
 
-    SciPy filters one column after the other, and waits for each sum before it begins the next;
-    columns in parallel take as long as one. The results are equal to the last bit.
+    SciPy filters the columns one after the other and waits for each sum. Here several columns are
+    filtered in parallel in the time of one. The results are equal to the last bit.
     """
 
     def without_phase(self, columns: Array, sections: Array, settled: Array, padding: int) -> Array:
@@ -227,7 +314,7 @@ class ColumnFilter(LoadedLibrary):
 
 @lru_cache(maxsize=1)
 def column_filter() -> ColumnFilter | None:
-    """Return the compiled filter, made when first needed; None where it is unavailable."""
+    """Return the compiled filter, built at the first call; None if it is unavailable."""
     with contextlib.suppress(NativeUnavailableError, OSError):
         return ColumnFilter(compiled_library(print_c_filter()), "filter_columns")
     return None

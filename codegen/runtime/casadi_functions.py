@@ -21,7 +21,7 @@ VECTORS = frozenset(
 
 
 def recorded_count(functions: Mapping[str, Any]) -> int:
-    """Return the number of values per sample of recorded signals: value and rate of each."""
+    """Return the number of values per sample of recorded signals: two for each, value and rate."""
     step = functions.get("closed_loop_step")
     if step is None or "signals" not in step.name_in():
         return 0
@@ -29,7 +29,7 @@ def recorded_count(functions: Mapping[str, Any]) -> int:
 
 
 def is_continuous(functions: Mapping[str, Any]) -> bool:
-    """Return whether a law is evaluated between samples, so that more than a force is held."""
+    """Return whether the law is continuous, so that its inputs are held and not the force."""
     return held_count(functions) == len(HELD_REFERENCE)
 
 
@@ -39,7 +39,7 @@ def held_count(functions: Mapping[str, Any]) -> int:
 
 
 def by_sample(values: Array, samples: int) -> Array:
-    """Return results with one row per sample; CasADi puts the samples side by side."""
+    """Return CasADi results, which are side by side, with one row per sample: (N, elements)."""
     height, width = values.shape[0], values.shape[1] // samples
     columns = values.reshape(height, samples, width).swapaxes(0, 1)
     return columns.reshape(samples, height * width)
@@ -47,7 +47,7 @@ def by_sample(values: Array, samples: int) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class FunctionShape:
-    """Inputs and outputs of a function, read once from CasADi because reading is slow.
+    """Sizes of the inputs and outputs of a function, read once because CasADi is slow.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class FunctionShape:
     vectors : tuple of bool
         Whether each argument is a vector.
     results : tuple of int
-        Elements of each result.
+        Number of elements of each result.
     """
 
     name: str
@@ -118,6 +118,10 @@ def checked_arguments(
 
 
 def _floats(values: ArrayLike, shape: FunctionShape, index: int) -> Array:
+    """Return an argument as a contiguous array of floats.
+
+    It is (N,) for a scalar, and (p,) or (N, p) for a vector.
+    """
     if not (type(values) is np.ndarray and values.dtype == np.float64):
         values = real_array(values, f"{shape.name}: {shape.arguments[index]}")
     elif values.ndim == 1 and values.flags.c_contiguous:
@@ -130,7 +134,7 @@ def _floats(values: ArrayLike, shape: FunctionShape, index: int) -> Array:
 
 @lru_cache(maxsize=64)  # requested repeatedly for loops by gains and for laws
 def execute(text: str, name: str) -> Mapping[str, Any]:
-    """Build the CasADi functions of a generated ``functions.py``.
+    """Return the CasADi functions that a generated ``functions.py`` defines, by name.
 
     Parameters
     ----------
@@ -139,7 +143,7 @@ def execute(text: str, name: str) -> Mapping[str, Any]:
         declaration, every number is a literal. Text from elsewhere must not be passed; it would
         run.
     name : str
-        The axis, for tracebacks.
+        Name of the axis, for tracebacks.
 
     Returns
     -------

@@ -1,7 +1,12 @@
 """The closed loop over time in the CasADi virtual machine: `printers/loop` in Python.
 
-It is used if there is no compiler, and as an independent check of the native loop. The two follow
-the same steps, so that their results agree to rounding.
+It is used if there is no compiler, and as an independent check of the native loop. Both perform the
+same steps, so that their results agree to rounding.
+
+A *side* is the sign, -1 or 1, of a switching function: the acceleration has a kink or a jump where
+this function is 0. A *mode* is a friction direction together with all sides. The motion is smooth
+in one mode, and an *event* is a change of the mode: a velocity reversal, a change of a side, or
+leaving rest.
 """
 
 import math
@@ -34,20 +39,21 @@ _DONE, _OUT_OF_RANGE, _NOT_FINITE, _CHATTER, _UNRESOLVED = range(len(STATUSES))
 
 
 class _StoppedError(Exception):
-    """A simulation that cannot continue; its one argument is the status."""
+    """A simulation cannot continue; the argument is its status, an index into `STATUSES`."""
 
 
 class Motion(NamedTuple):
-    """State of an axis: its motion and mode.
+    """State of an axis: position, velocity, mode and internal states of friction.
 
     Attributes
     ----------
     q, dq : float
+        Position and velocity.
     direction : float
         Friction direction; strictly between -1 and 1 if the axis sticks.
     sides : tuple of float
-        -1 or 1 for each place where the acceleration has a kink or jumps; 0 if the axis rests at
-        the place itself.
+        For each kink or jump of the acceleration, the side on which the axis is: -1 or 1, or 0 if
+        the axis rests exactly at it.
     states : tuple of float
         Internal states of friction.
     """
@@ -64,12 +70,22 @@ class Motion(NamedTuple):
         return abs(self.direction) < 1
 
     def beside(self, index: int, side: float) -> "Motion":
-        """Return the same motion on another side of one place."""
+        """Return the same state on one side of kink or jump number `index` of the acceleration.
+
+        `side` is -1 or 1, or 0 for rest exactly at the kink or jump.
+        """
         return self._replace(sides=(*self.sides[:index], side, *self.sides[index + 1 :]))
 
 
 class StepResult(NamedTuple):
-    """The motion after a step, and the acceleration at both ends."""
+    """The state after a step, and the acceleration at both ends of the step.
+
+    Attributes
+    ----------
+    end : Motion
+    first, last : float
+        Acceleration at the start and at the end.
+    """
 
     end: Motion
     first: float
@@ -77,7 +93,18 @@ class StepResult(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Values that decide the sides, with their changes by motion and recorded signals."""
+    """Switching functions, whose signs are the sides, and their rates of change.
+
+    There is one entry for each side.
+
+    Attributes
+    ----------
+    values : tuple of float
+        Values of the switching functions.
+    by_position, by_velocity, by_time : tuple of float
+        Derivatives with respect to position and velocity, and with respect to time by the recorded
+        signals.
+    """
 
     values: tuple[float, ...]
     by_position: tuple[float, ...]
@@ -86,7 +113,20 @@ class Places(NamedTuple):
 
 
 class BufferedFunction:
-    """A CasADi function on fixed memory: arguments and results without conversion."""
+    """A CasADi function whose arguments and results are in fixed arrays, without conversion.
+
+    Parameters
+    ----------
+    function : casadi.Function
+    parameters : array
+        Its parameters, the same at every call; further values are ignored.
+
+    Attributes
+    ----------
+    arguments : dict of str to array
+        Arrays of the arguments, by name; their content stays from call to call.
+    results : list of array
+    """
 
     def __init__(self, function: Any, parameters: Array) -> None:
         arguments = [np.zeros(function.size1_in(i)) for i in range(function.n_in())]
@@ -101,7 +141,7 @@ class BufferedFunction:
         taken[:] = parameters[: len(taken)]
 
     def __call__(self, values: Mapping[str, Any]) -> list[Array]:
-        """Set the arguments that are given, evaluate, and return the results' memory."""
+        """Return the arrays of the results, after setting the given arguments by name."""
         for name, array in self.arguments.items():
             if name in values:
                 array[:] = values[name]
@@ -110,11 +150,12 @@ class BufferedFunction:
 
 
 class VirtualLoop:
-    """The closed loop of one axis, from its functions, with one parameter set.
+    """The closed loop of one axis for one parameter set, in the virtual machine.
 
     Parameters
     ----------
     functions : mapping of str to casadi.Function
+        Functions of the axis.
     parameters : (p,) array
         Parameters, followed by the gains of the law if its functions take them.
     settings : LoopSettings
@@ -170,7 +211,11 @@ class VirtualLoop:
         start: LoopStart,
         recorded: Array | None = None,
     ) -> tuple[int, int, dict[str, Array]]:
-        """Run one simulation, like `NativeLibrary.simulate`."""
+        """Return status, last sample and signals of one simulation, as `NativeLibrary.simulate`.
+
+        At each sample the distance from the reference is checked, the law is evaluated with the
+        measured position, and the axis moves to the next sample.
+        """
         samples, settings = len(reference), self._settings
         self._left = max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
         rows = np.zeros((len(SIGNALS), samples))
@@ -208,7 +253,10 @@ class VirtualLoop:
     def later(
         self, motion: tuple[Array, Array], held: Array, span: Array, step: float
     ) -> tuple[Array, Array, Array]:
-        """Return motions some time after a law was evaluated, like `NativeLibrary.later`."""
+        """Return positions, velocities and directions some time after a law was evaluated.
+
+        Arguments and results are those of `NativeLibrary.later`.
+        """
         rows = zip(*motion, held, span, strict=True)
         found = np.array([self._later(*each, step) for each in rows]).reshape(-1, 3)
         return found[:, 0], found[:, 1], found[:, 2]
@@ -216,6 +264,7 @@ class VirtualLoop:
     def _later(
         self, q: float, dq: float, held: Array, span: float, step: float
     ) -> tuple[float, float, float]:
+        """Return position, velocity and direction `span` seconds later; NaN if this fails."""
         at = self._first(q, dq, held[1:])
         self._hold((held[0],), held[1:])
         self._left = STEPS_IN_ALL
@@ -228,7 +277,11 @@ class VirtualLoop:
         return at.q, at.dq, at.direction
 
     def _first(self, q: float, dq: float, recorded: Array) -> Motion:
-        """Return the motion at the start, with value and rate of each signal."""
+        """Return the state at the start of a simulation.
+
+        `recorded` has value and rate of each recorded signal. The sides follow from the switching
+        functions.
+        """
         at = Motion(q, dq, float(np.sign(dq)), (0.0,) * self._sides, self._start_states)
         if self._moving:
             self._hold((0.0,), np.zeros(len(recorded)))
@@ -236,7 +289,7 @@ class VirtualLoop:
         return self._slipping(self._beyond(at, 0))
 
     def _encoder(self, q: float, noise: float) -> float:
-        """Return the error of the measurement: noise, and rounding to the encoder's counts."""
+        """Return the measurement error: noise, and rounding to the encoder's counts."""
         resolution = self._settings.resolution
         if resolution <= 0:
             return noise
@@ -245,14 +298,31 @@ class VirtualLoop:
     def _sample(
         self, at: Motion, given: tuple[float, float, float, float], recorded: Array
     ) -> tuple[Motion, tuple[float, float, float, float]]:
-        """Return the motion at the next sample, and acceleration, force, control, direction now.
+        """Advance one sample.
 
-        `given` is the reference, its rate, the error of the measurement, and the signal added to
-        the control; `recorded` has value and rate of each signal.
+        If the sign of the velocity stays the same, one compiled step is enough. Otherwise the force
+        is held, and the motion is advanced from event to event.
+
+        Parameters
+        ----------
+        at : Motion
+            State at the sample.
+        given : tuple of float
+            Reference, its rate, the measurement error, and the test signal added to the control.
+        recorded : array
+            Value and rate of each recorded signal.
+
+        Returns
+        -------
+        Motion
+            State at the next sample.
+        tuple of float
+            Acceleration, force, control and friction direction at this sample.
         """
         direction, substeps = float(np.sign(at.dq)), self._settings.substeps
         at = at._replace(direction=direction)
         memory = self._functions["closed_loop_step"].arguments["state"]
+        # Try the compiled step: it evaluates the law and moves the axis in one mode.
         names = ("reference", "reference_rate", "measurement_error", "injected")
         values = dict(zip(names, given, strict=True))
         before = memory.copy()
@@ -261,10 +331,12 @@ class VirtualLoop:
         )
         moved = _moved(at, q, dq, ddq, last, *states)
         force, control = float(tau[0]), float(command[0])
+        # It is accepted if the velocity cannot have changed its sign in between.
         bends = moved.first * direction < 0 < moved.last * direction
         several = substeps > 1 or self._until or self._sides
         if direction and moved.end.dq * direction >= 0 and not (bends or several):
             return moved.end, (moved.first, force, control, direction)
+        # Otherwise store the values that are held until the next sample.
         # The force of the oldest command among the drive's memory.
         oldest = -1 - self._lagged
         if self._continuous:
@@ -292,17 +364,23 @@ class VirtualLoop:
         return at, row
 
     def _advance(self, at: Motion, whole: float) -> Motion:
-        """Move for `whole` seconds through all changes of the mode."""
+        """Return the state after `whole` seconds, stepping from event to event.
+
+        A sliding axis takes the longest step that its rates permit, a sticking one waits until it
+        breaks away. The step ends at the first event in it, where the new mode is chosen.
+        """
         left, event = whole, 0
         while event < _MOST_EVENTS[self._sides > 0]:
             if at.sticks:
                 span, step = self._breakaway(at, left), StepResult(at, 0.0, 0.0)
             else:
                 span, step = self._attempt(at, left, whole)
+            # End the step at the first event in it.
             changed, span, step = self._changed(at, span, step)
             self._pass_time(span)
             left -= span
             event += at.sticks or changed is not None
+            # Choose the mode in which the motion goes on.
             end = at if at.sticks else step.end
             if at.sticks:
                 if changed:
@@ -324,7 +402,18 @@ class VirtualLoop:
         raise _StoppedError(_CHATTER)
 
     def _attempt(self, at: Motion, span: float, whole: float) -> tuple[float, StepResult]:
-        """Try a step as long as the rates at its ends permit, at most `span`."""
+        """Return the length of a step, `span` s at most, and the step.
+
+        The step is shortened until its length times the rate of the motion is small at both ends.
+
+        Parameters
+        ----------
+        at : Motion
+        span : float
+            Longest step, s.
+        whole : float
+            Time to be advanced in all, s, which limits how short steps may become.
+        """
         if not self._sides:
             return span, self._move(at, span)
         rate = self._rate(at)
@@ -347,9 +436,17 @@ class VirtualLoop:
     def _margins(
         self, at: Motion, acceleration: float, after: float = 0.0
     ) -> tuple[list[float], list[float]]:
-        """Return the distance of velocity and sides from their change, and its rate.
+        """Return how far velocity and sides are from an event, and the rates of these distances.
 
-        Both begin with the velocity; a negative distance means that the change has happened.
+        The first entry is for the velocity's sign, the others are for the sides. A negative
+        distance means that the event has happened.
+
+        Parameters
+        ----------
+        at : Motion
+        acceleration : float
+        after : float
+            Time since the held values were stored, s.
         """
         margins, rates = [at.dq * at.direction], [acceleration * at.direction]
         for side, value, *by in zip(at.sides, *self._places(at, after), strict=True):
@@ -360,7 +457,11 @@ class VirtualLoop:
     def _changed(
         self, at: Motion, span: float, step: StepResult
     ) -> tuple[int | None, float, StepResult]:
-        """Return the first change in a step, which ends there: 0 for the velocity's sign, 1 on."""
+        """Return the first event in a step, the time until it, and the step up to it.
+
+        The event is 0 for a velocity reversal, i + 1 for side number i, and None without an event;
+        the step is then unchanged.
+        """
         if not (math.isfinite(step.end.q) and math.isfinite(step.end.dq)):
             raise _StoppedError(_NOT_FINITE)
         changed = None
@@ -384,7 +485,17 @@ class VirtualLoop:
         return changed, span, step
 
     def _root(self, index: int, at: Motion, high: float) -> float:
-        """Return the time of a change, complete at `high`, by Newton's method or bisection."""
+        """Return the time of an event, s, by Newton's method with bisection.
+
+        Parameters
+        ----------
+        index : int
+            0 for a velocity reversal, i + 1 for side number i.
+        at : Motion
+            State at the start of the step.
+        high : float
+            A time at which the event has happened, s.
+        """
         low = 0.0
         if not (index or at.dq):  # just left rest: it crosses zero again only after some time
             low = high * _JUST_LEFT
@@ -405,7 +516,11 @@ class VirtualLoop:
         return t
 
     def _passed(self, index: int, at: Motion, whole: float) -> Motion:
-        """Return the motion of an axis at a place where a side changes."""
+        """Return the state after side number `index` has changed.
+
+        The side is reversed. If the acceleration would drive the axis back at once, from either
+        side, the axis comes to rest there.
+        """
         at = self._beyond(at.beside(index, -at.sides[index]), index + 1)
         # An axis is held at a place that it passes if its acceleration points to the place on both
         # sides, because it would return and pass again, ever sooner. If friction would hold it on
@@ -419,7 +534,7 @@ class VirtualLoop:
         return self._chosen_at_rest(at) if at.dq == 0 else at
 
     def _breakaway(self, at: Motion, left: float) -> float:
-        """Return the time at which a stuck axis leaves rest, at most `left`."""
+        """Return the time after which a sticking axis leaves rest, `left` s at most."""
         if not self._drifts or self._sticks_after(at, left):
             return left
         low, high = 0.0, left
@@ -429,7 +544,7 @@ class VirtualLoop:
         return high
 
     def _sticks_after(self, at: Motion, span: float) -> bool:
-        """Return whether an axis at rest sticks `span` seconds later."""
+        """Return whether an axis at rest still sticks `span` seconds later."""
         held = self._held.copy()
         self._pass_time(span)
         sticks = self._at_rest(at).sticks
@@ -437,13 +552,25 @@ class VirtualLoop:
         return sticks
 
     def _hold(self, first: tuple[float, ...], recorded: Array) -> None:
-        """Hold a force or the signals of a continuous law, and recorded signals from there on."""
+        """Store the values that are held between samples.
+
+        Parameters
+        ----------
+        first : tuple of float
+            The force, or the reference and the other inputs of a continuous law.
+        recorded : array
+            Value and rate of each recorded signal.
+        """
         until = len(self._held) - self._recorded
         self._held[:until] = first
         self._held[until:] = recorded
 
     def _pass_time(self, span: float) -> None:
-        """Move the held values on by `span` seconds."""
+        """Update the held values that change with time by `span` seconds.
+
+        These are the reference of a continuous law, the force of a drive with a lag, and recorded
+        signals.
+        """
         if self._continuous:
             self._held[0] += self._held[1] * span
         if self._lagged and self._response is not None:
@@ -453,17 +580,17 @@ class VirtualLoop:
             lines[::2] += lines[1::2] * span
 
     def _move(self, at: Motion, span: float) -> StepResult:
-        """Take one step in a mode."""
+        """Return one compiled step of `span` seconds in the present mode."""
         if self._moving and at.sticks:
             return StepResult(at, 0.0, 0.0)
         return _moved(at, *self._call("plant_step", at, step=span))
 
     def _rate(self, at: Motion) -> float:
-        """Return the rate of change of the motion in a mode, 1/s."""
+        """Return the largest rate of change of the motion in the present mode, 1/s."""
         return float(self._call("plant_rate", at)[0][0])
 
     def _places(self, at: Motion, after: float = 0.0) -> Places:
-        """Return the values that decide the sides, with recorded signals `after` seconds later."""
+        """Return the switching functions and their rates, `after` seconds later by the signals."""
         if not self._sides:
             return Places((), (), (), ())
         found = self._call("switching", at, step=after)
@@ -471,7 +598,10 @@ class VirtualLoop:
         return Places(values, by_position, by_velocity, (*by_time, (0.0,) * self._sides)[0])
 
     def _shifted(self, at: Motion, recorded: Array) -> Motion:
-        """Return the sides at a sample at which recorded signals change their course."""
+        """Return the state at a sample at which recorded signals get new values and rates.
+
+        A side changes if a signal has moved its kink or jump past the axis.
+        """
         before = self._places(at)
         self._held[-self._recorded :] = recorded
         for i in range(self._sides):
@@ -482,7 +612,7 @@ class VirtualLoop:
         return at
 
     def _leaving(self, at: Motion) -> tuple[float, float]:
-        """Return accelerations with which an axis at rest would leave, forward and backward."""
+        """Return the accelerations of an axis at rest with forward and with backward friction."""
         forward, backward = (
             float(self._call("held_acceleration", self._ahead(at, direction))[0][0])
             for direction in (1.0, -1.0)
@@ -490,7 +620,10 @@ class VirtualLoop:
         return forward, backward
 
     def _at_rest(self, at: Motion) -> Motion:
-        """Return the motion with its direction at rest, between -1 and 1 if the axis sticks."""
+        """Return the state at rest with its friction direction.
+
+        The direction is 1 or -1 if the axis leaves rest, and between them if it sticks.
+        """
         forward, backward = self._leaving(at)
         if forward > 0:
             return at._replace(direction=1.0)
@@ -501,12 +634,15 @@ class VirtualLoop:
         return at._replace(direction=STUCK if share >= 1 else -STUCK if share <= -1 else share)
 
     def _chosen_at_rest(self, at: Motion) -> Motion:
-        """Return the mode of an axis at rest that may leave."""
+        """Return the state of an axis at rest with the mode in which it goes on."""
         at = self._at_rest(at)
         return self._slipping(at if at.sticks else self._ahead(at, at.direction))
 
     def _slipping(self, at: Motion) -> Motion:
-        """Return the sides of states' limits: a state at its limit slips in an outward motion."""
+        """Return the state with the sides of the states' limits.
+
+        An internal state at its limit slips (side -1) if the motion drives it outwards.
+        """
         if self._limits:
             found = self._places(at._replace(dq=0.0))
             for i in self._limits:
@@ -515,7 +651,10 @@ class VirtualLoop:
         return at
 
     def _ahead(self, at: Motion, direction: float) -> Motion:
-        """Return an axis that leaves rest in a direction, on the side ahead of its place."""
+        """Return the state of an axis that leaves rest in a direction.
+
+        If it rests exactly at a kink or jump, the side is the one that it moves to.
+        """
         at = at._replace(dq=0.0, direction=direction)
         if all(at.sides):
             return at
@@ -527,7 +666,10 @@ class VirtualLoop:
         return at._replace(sides=sides)
 
     def _beyond(self, at: Motion, first: int) -> Motion:
-        """Return the sides at a state, from one on; one may depend on those before it."""
+        """Return the state with its sides from number `first` on set by the switching functions.
+
+        A switching function may depend on the sides before it.
+        """
         for i in range(first, self._sides - len(self._limits)):
             found = self._places(at)
             # A side whose place is the start leaves it by the motion.
@@ -536,6 +678,7 @@ class VirtualLoop:
         return at
 
     def _call(self, name: str, at: Motion, **others: Any) -> list[Array]:
+        """Return the results of a compiled function at a state, with further arguments by name."""
         motion = {self._q: at.q, self._dq: at.dq, "held": self._held, "direction": at.direction}
         return self._functions[name]({**motion, "sides": at.sides, "states": at.states, **others})
 
@@ -543,7 +686,7 @@ class VirtualLoop:
 def _moved(
     at: Motion, q: Array, dq: Array, first: Array, last: Array, *states: Array
 ) -> StepResult:
-    """Return the step for the results of a function."""
+    """Return the results of a compiled step, as a state and the accelerations at both ends."""
     remembered = tuple(states[0].tolist()) if states else ()
     end = at._replace(q=float(q[0]), dq=float(dq[0]), states=remembered)
     return StepResult(end, float(first[0]), float(last[0]))

@@ -27,25 +27,28 @@ _FEW_STEPS = 50_000
 
 
 def slices(samples: int) -> Iterator[slice]:
-    """Divide samples into parts, between which signals of the operating system are handled."""
+    """Return slices of at most 65,536 samples.
+
+    Between them the signals of the operating system, such as Ctrl-C, are handled.
+    """
     for begin in range(0, samples, _PART):
         yield slice(begin, min(begin + _PART, samples))
 
 
 def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) -> list[int]:
-    """Run loops so that Ctrl-C ends them: in parallel threads, or directly if they are short.
+    """Run loops in parallel threads so that Ctrl-C ends them; a short one runs directly.
 
     Parameters
     ----------
     runs : sequence of callable
         Each takes a flag, (1,), and ends soon after the flag is no longer 0.
     steps : int
-        Steps of all runs together.
+        Number of steps of all runs together.
 
     Returns
     -------
     list of int
-        The returned values.
+        The value that each run returns.
     """
     stop = np.zeros(1, dtype=np.int32)
     if len(runs) == 1 and steps <= _FEW_STEPS:
@@ -82,14 +85,14 @@ def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) ->
 
 
 class LoadedLibrary:
-    """A library in this process.
+    """A compiled library, loaded into this process.
 
     Parameters
     ----------
     path : Path
-        Loading executes it, so it must come from the cache.
+        Loading executes the library, so it must come from the cache.
     having : str
-        A function that it contains.
+        A function that it must contain.
 
     Raises
     ------
@@ -105,7 +108,7 @@ class LoadedLibrary:
             raise OSError(f"{path} is not the library of an axis")
 
     def __call__(self, function: str, *arguments: int | float | NDArray[Any] | None) -> int:
-        """Call a function; the interpreter's lock is released."""
+        """Return the status of a C function, called without the interpreter's lock."""
         call = self._typed.get(function)
         if call is None:
             # A new object each time, with its own types: a given place always has the same type.
@@ -116,7 +119,10 @@ class LoadedLibrary:
         return int(call(*given))
 
     def memory(self, size: int, most: int | None = None) -> Array:
-        """Return floats as workspace; each thread has its own, and keeps up to this number."""
+        """Return workspace of at least `size` floats; each thread has its own.
+
+        It is kept for the next call unless it has more than `most` floats.
+        """
         kept: Array | None = getattr(self._own, "memory", None)
         if kept is None or len(kept) < size:
             kept = np.empty(size)
@@ -125,12 +131,12 @@ class LoadedLibrary:
         return kept
 
     def has(self, function: str) -> bool:
-        """Return whether the library evaluates a function at many samples."""
+        """Return whether the library can evaluate a function at many samples."""
         return hasattr(self._library, f"{function}_rows")
 
 
 class NativeLibrary(LoadedLibrary):
-    """A compiled axis.
+    """The compiled functions and time loop of one axis.
 
     Parameters
     ----------
@@ -155,9 +161,9 @@ class NativeLibrary(LoadedLibrary):
         self._by_gains = {n for n, each in functions.items() if GAINS in each.name_in()}
 
     def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
-        """Evaluate a function at N samples: one (N, elements) array per output.
+        """Return the results of a function at N samples: one (N, elements) array per output.
 
-        Vectors are the same for every sample, (p,), or have one row per sample, (N, p).
+        A vector argument is the same for every sample, (p,), or has one row per sample, (N, p).
         """
         shape = self._shapes[function]
         if self._gains is not None and function in self._by_gains:
@@ -176,17 +182,18 @@ class NativeLibrary(LoadedLibrary):
         return outputs
 
     def from_rest(self, position: Array, signals: Array, parameters: Array) -> tuple[Array, Array]:
-        """Return accelerations (B, 4) and rates (B, 2) at rest, to check the starts of loops.
+        """Return accelerations (B, 4) and rates (B, 2) at rest, for checks at the start of loops.
 
-        The accelerations are those under a force of 1, under none, and under none with friction
-        that holds forward and backward; the rates, of damping and stiffness, are those in backward
-        and forward direction, and empty if the loop itself computes them during the run.
+        The accelerations are those under a force of 1, under no force, and under no force with
+        friction that acts as in forward and as in backward motion. The rates are those of damping
+        and stiffness in backward and forward direction, 1/s; they are 0 if the loop itself computes
+        them during the run.
 
         Parameters
         ----------
         position : (B,) array
         signals : (B, s) array
-            Recorded ones, contiguous.
+            Values of the recorded signals, contiguous.
         parameters : (B, p) array
             Contiguous.
         """
@@ -218,13 +225,13 @@ class NativeLibrary(LoadedLibrary):
         span : (n,) array
             Times since then, s, contiguous.
         step : float
-            The longest, s.
+            Longest step of the integration, s.
         parameters : (p,) array
 
         Returns
         -------
         tuple of (n,) array
-            Positions, velocities and friction directions; NaN where a motion comes to no end.
+            Positions, velocities and friction directions; NaN if a motion cannot be computed.
         """
         found = np.empty((3, len(span)))
         self("later_rows", len(span), *motion, held, span, float(step), parameters, *found)
@@ -240,18 +247,30 @@ class NativeLibrary(LoadedLibrary):
         settings: LoopSettings,
         recorded: Array | None = None,
     ) -> tuple[int, int, dict[str, Array]]:
-        """Run one simulation, with a test signal added to the control or without.
+        """Return status, last sample and signals of one simulation.
 
-        Recorded signals, (N, 2 s), are value and rate of each in turn; None for an axis without.
+        Parameters
+        ----------
+        reference : (N,) array
+        noise : (N,) array or None
+            Measurement noise of the position; None for none.
+        injected : (N,) array or None
+            Test signal added to the control; None for none.
+        parameters : (p,) array
+        start : LoopStart
+        settings : LoopSettings
+        recorded : (N, 2 s) array or None
+            Value and rate of each recorded signal in turn; None for an axis without recorded
+            signals.
 
         Returns
         -------
         status : int
             Index into `STATUSES`.
         stopped : int
-            The sample that the status speaks of.
+            The sample at which the simulation ended.
         signals : dict of str to (N,) array
-            By name; not set from `stopped` on.
+            Signals by name; without values from `stopped` on, unless the simulation is complete.
         """
         signals = np.empty((len(SIGNALS), len(reference)))
         stopped = np.zeros(1, dtype=np.int64)
@@ -291,29 +310,33 @@ class NativeLibrary(LoadedLibrary):
         threads: int,
         recorded: Array | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
-        """Run many simulations in parallel lanes.
+        """Return status, last sample and signals of B simulations, computed side by side in lanes.
 
         Parameters
         ----------
         reference : (N,) or (N, B) array
         noise : (N, B) array or None
+            Measurement noise of the position; None for none.
         injected : (N,) or (N, B) array or None
-            Added to the control.
+            Test signal added to the control; None for none.
         parameters : (B, p) array, contiguous
         start : LoopStart
-            By lane, its arrays contiguous.
+            One start for each lane, in contiguous arrays.
         settings : LoopSettings
         wanted : sequence of str
-            Names of `SIGNALS`; the others take no memory.
+            Names of the `SIGNALS` to return; the others take no memory.
         threads : int
             Number of threads that share the lanes.
         recorded : (N, 2 s) or (N, 2 s, B) array or None
-            Recorded signals, value and rate of each in turn.
+            Value and rate of each recorded signal in turn; None for an axis without recorded
+            signals.
 
         Returns
         -------
         status : (B,) array
+            Indices into `STATUSES`.
         stopped : (B,) array
+            The sample at which each simulation ended.
         signals : dict of str to (N, B) array
         """
         samples, lanes = len(reference), len(parameters)
@@ -355,7 +378,7 @@ class NativeLibrary(LoadedLibrary):
         return status, stopped, signals
 
     def _with_gains(self, parameters: Array) -> Array:
-        """Return parameters (p,) or (B, p), followed by the given gains."""
+        """Return parameters (p,) or (B, p), followed by the gains of the law if there are any."""
         return parameters if self._gains is None else beside(parameters, self._gains)
 
 
@@ -367,16 +390,24 @@ def beside(parameters: Array, gains: Array) -> Array:
 
 
 def _type_in_c(argument: int | float | NDArray[Any] | None) -> Any:
+    """Return the C type of an argument: a pointer, a double or an integer."""
     if argument is None or isinstance(argument, np.ndarray):
         return ctypes.c_void_p
     return ctypes.c_double if isinstance(argument, float) else ctypes.c_ssize_t
 
 
 def _strided(signal: Array | None, first: int, axes: int = 1) -> tuple[Array | int | None, ...]:
-    """Return a signal from a lane on, and its strides in values.
+    """Return a signal from lane `first` on, followed by its strides, in values.
 
-    The axes before that of the lanes are time and, for recorded signals, the axis over signals,
-    whose stride comes first; the last stride is over lanes, 0 if all share one signal.
+    The strides are over the signals for recorded signals, over time, and over lanes; the last is 0
+    if all lanes share one signal. Without a signal all are 0.
+
+    Parameters
+    ----------
+    signal : array or None
+    first : int
+    axes : int
+        Number of axes before that of the lanes: time, and for recorded signals the axis of signals.
     """
     if signal is None:
         return None, 0, 0

@@ -47,7 +47,7 @@ _MOST_OUTPUT = 100_000
 
 
 class NativeUnavailableError(Exception):
-    """Native code is unavailable; the message says why, and the virtual machine is used instead."""
+    """Native code is unavailable, for the reason in the message; the virtual machine is used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class Compiler:
     command : tuple of str
         Command, before flags and files.
     identity : str
-        Changes when the compiler or the processor does.
+        Text that changes when the compiler or the processor does.
     """
 
     command: tuple[str, ...]
@@ -136,6 +136,7 @@ def find_compiler() -> Compiler:
 
 
 def _identity(executable: Path) -> str:
+    """Return text on a compiler's file and on the processor that changes when either does."""
     real = executable.resolve()
     status = real.stat()
     processor = platform.processor()  # the processor features on which -march=native depends
@@ -189,7 +190,7 @@ def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None
 
 
 def cached_library(text: str) -> Path | None:
-    """Return the library of a C text if it was built before and is intact."""
+    """Return the path of the library of a C text if it is in the cache and intact, else None."""
     with contextlib.suppress(NativeUnavailableError, OSError, RuntimeError):  # as without home
         library = _folder() / _name(text, find_compiler())
         if _is_private(library.parent) and _is_intact(library):
@@ -198,17 +199,19 @@ def cached_library(text: str) -> Path | None:
 
 
 def _name(text: str, compiler: Compiler) -> str:
+    """Return the file name of a library, from the C text, the flags and the compiler."""
     content = "\0".join([text, *FLAGS, *compiler.command, compiler.identity])
     return f"{hashlib.sha256(content.encode(errors='backslashreplace')).hexdigest()}.so"
 
 
 def _folder() -> Path:
+    """Return the folder of compiled libraries: ``$AXISID_CACHE`` or one in the user's cache."""
     requested = os.environ.get("AXISID_CACHE")
     return Path(requested).absolute() if requested else user_cache_path("axisid") / "native"
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether nobody else can write a library there."""
+    """Return whether only this user can write into a folder."""
     try:
         status = folder.stat()
     except OSError:
@@ -218,11 +221,15 @@ def _is_private(folder: Path) -> bool:
 
 
 def _digest(library: Path, name: str) -> str:
-    """Return the digest of content and name, so that another axis's library is no match."""
+    """Return the digest of a library's content and its name.
+
+    The name is included so that a library of another axis does not match.
+    """
     return hashlib.sha256(b"tried\0" + name.encode() + read_regular(library)).hexdigest()
 
 
 def _is_intact(library: Path) -> bool:
+    """Return whether a library exists and matches the digest that was stored after its trial."""
     try:
         return read_regular(library.with_suffix(".sha256")).decode() == _digest(
             library, library.name
@@ -232,7 +239,16 @@ def _is_intact(library: Path) -> bool:
 
 
 def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path], object]) -> None:
-    """Compile and try in a private folder next to the library, then move both files into place."""
+    """Compile a library, try it, and move it with its digest into place.
+
+    All happens in a private folder next to the final path. The compiled file is loaded in another
+    process first, because a truncated one would end this process; then `check` compares its values.
+
+    Raises
+    ------
+    NativeUnavailableError
+        The compiler fails, or the library does not load or computes wrong values.
+    """
     # Left by builds that were killed together with the process that cleans up.
     for left in library.parent.glob("build-*"):
         with contextlib.suppress(OSError):

@@ -1,7 +1,8 @@
-"""Native functions of an axis, called with NumPy arrays and without the interpreter's lock.
+"""Availability of an axis's native functions: compiled on demand and checked, or refused.
 
 Arguments and results are memory that NumPy owns; a contiguous array of floats is not copied. Time
-is the first axis of every array, lanes (simulations of a batch) the second.
+is the first axis of every array, lanes (simulations of a batch) the second. Without native code,
+the CasADi virtual machine computes the same functions.
 """
 
 import contextlib
@@ -26,7 +27,15 @@ _ALLOWED, _LITTLE, _MAGNIFIED = 1e-9, 1e-15, 1e3
 
 
 def check_values(library: NativeLibrary, functions: Mapping[str, Any], text: str) -> None:
-    """Call each function of a C text, and compare with the virtual machine.
+    """Compare each function of a compiled C text with the virtual machine at one point.
+
+    Parameters
+    ----------
+    library : NativeLibrary
+    functions : mapping of str to casadi.Function
+        The functions in the virtual machine.
+    text : str
+        The C text, which shows which functions are compiled.
 
     Raises
     ------
@@ -50,7 +59,7 @@ def check_values(library: NativeLibrary, functions: Mapping[str, Any], text: str
 
 
 def _point(function: Any) -> list[Array]:
-    """Return arguments about 1, of both signs, and a step of a sampling period."""
+    """Return a test point of a function: arguments about 1, a step of about 1 ms, sides of 1."""
     rng = np.random.default_rng(0)
     scales = {"step": _PERIOD, "sides": 0.0}
     names = function.name_in()
@@ -69,11 +78,20 @@ class Native:
     text : str
         C source.
     functions : mapping of str to casadi.Function
+        The same functions in the virtual machine.
     enabled : bool
-        False uses the virtual machine only.
+        Whether native code may be used; otherwise the virtual machine computes everything.
     gains : (g,) array, optional
         Gains of the law, for functions that take them; the time loop takes them after the
         parameters.
+
+    Attributes
+    ----------
+    enabled : bool
+    text : str
+        The C source, with the time loop that it includes.
+    refusal : str
+        Reason why there is no library; empty if none is known.
     """
 
     def __init__(
@@ -84,6 +102,10 @@ class Native:
         enabled: bool = True,
         gains: Array | None = None,
     ) -> None:
+        """Store the C source and the functions; nothing is compiled or loaded yet.
+
+        Parameters are those of the class.
+        """
         self.enabled = enabled
         self._gains = gains
         #: The C source, with the time loop that it includes.
@@ -96,7 +118,7 @@ class Native:
         self._looked = False
 
     def library(self) -> NativeLibrary | None:
-        """Return the library, compiling it if it is not cached; None where it is unavailable."""
+        """Return the library, compiled now if it is not cached; None if it is unavailable."""
         if self._library is None and not self.refusal:
             try:
                 self._library = NativeLibrary(
@@ -107,6 +129,7 @@ class Native:
         return self._library
 
     def _check(self, path: Path) -> None:
+        """Load a freshly compiled library and compare its values with the virtual machine."""
         try:
             fresh = NativeLibrary(path, self._functions)
         except OSError as error:  # not a fault of the folder, unlike others
@@ -117,9 +140,9 @@ class Native:
 
     @cached_property
     def lanes(self) -> LaneLibrary | None:
-        """Return compiled rows of lanes, made when first needed; None where they are unavailable.
+        """Return the compiled functions for the regression rows of many simulations side by side.
 
-        They exist only for an axis without recorded signals.
+        None if they are unavailable. They exist only for an axis without recorded signals.
         """
         if self._functions["idm_regressor"].n_in() != _MOTION or self.library() is None:
             return None
@@ -133,7 +156,7 @@ class Native:
         return None
 
     def warn_once(self) -> None:
-        """Warn once that the virtual machine runs instead of native code, with the reason."""
+        """Warn that the virtual machine runs instead of native code, with the reason, only once."""
         if self.refusal and self._to_warn:
             self._to_warn = False
             warnings.warn(
@@ -144,7 +167,10 @@ class Native:
             )
 
     def evaluator(self, function: str) -> NativeLibrary | None:
-        """Return the library if it is loaded or cached and has the function; never compile."""
+        """Return the library if it is loaded or cached and has a function; None otherwise.
+
+        Nothing is compiled.
+        """
         if self._library is None and not self.refusal and not self._looked:
             self._looked = True
             path = cached_library(self.text)

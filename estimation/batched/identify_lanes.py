@@ -172,7 +172,7 @@ def identify_lanes(
 def _block_fits(
     axis: GeneratedAxis, library: LaneLibrary, lanes: RecordLanes, asked: Prefilter
 ) -> LaneFits:
-    """Return the fits of the lanes of a block, without lanes to be identified separately."""
+    """Return the fits of the lanes of a block; lanes to be identified separately are missing."""
     try:
         template = FilteredRecord.bind(axis, lanes.record(0), replace(asked, reversals="keep"))
     except AxisidError:
@@ -189,7 +189,9 @@ class LaneSolutions:
     Attributes
     ----------
     theta : (L, p) array
+        Estimated parameters.
     residuals : (n, L) array
+        Residuals; 0 for rows that a lane lacks.
     power : (L,) array
         Sums of squared residuals.
     instruments : (n, p, L) array
@@ -209,7 +211,18 @@ class LaneSolutions:
     sound: BoolArray
 
     def alone(self, block: LaneBlock, rows: BoolArray | None, lane: int, place: int) -> Solution:
-        """Return the solution of one lane of a block, at its index among these solutions."""
+        """Return the solution of one lane of a block.
+
+        Parameters
+        ----------
+        block : LaneBlock
+        rows : (n, L) array of bool or None
+            True for the rows that each lane has; None for all.
+        lane : int
+            Number of the lane in the block.
+        place : int
+            Index of the lane among these solutions.
+        """
         own = slice(None) if rows is None else rows[:, lane]
         places = block.template.sampling.rows.astype(np.int64)[own]
         return Solution(
@@ -227,7 +240,7 @@ def products(library: LaneLibrary, one: Array, other: Array) -> Array:
 
 
 def row_counts(rows: BoolArray | None, shape: tuple[int, ...]) -> Array:
-    """Return the number of rows of each lane, (L,)."""
+    """Return the number of rows of each lane, (L,), for all rows of the shape (n, L) or fewer."""
     return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
 
 
@@ -245,8 +258,11 @@ def solved(
     ----------
     library : LaneLibrary
     left : (n, L) array
+        Left sides minus known terms, y.
     regressor, instruments : (n, p, L) array
+        X and Z.
     """
+    # Solve the scaled normal equations, once more for the residuals.
     together = products(library, instruments, regressor)
     aside = products(library, instruments, left[:, None])[:, :, 0]
     own, scale = products(library, instruments, instruments), norms(library, regressor)
@@ -289,7 +305,8 @@ def norms(library: LaneLibrary, columns: Array) -> Array:
 def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
     """Return the fits of lanes by the instrumental-variables iteration.
 
-    Missing lanes are to be identified separately.
+    Lanes that are to be identified separately are missing. Samples near reversals of the records
+    are left out for the first least-squares fit; then those near reversals of its simulated loops.
     """
     excluded, able = _near_reversals(block, asked), block.starts[1]
     if excluded is not None:
@@ -310,7 +327,9 @@ def _first_fit(
     Returns
     -------
     measured : Equations
+        Rows of the records.
     found : LaneSolutions
+        Least-squares solutions.
     loops : LaneLoops
         Simulated with the solutions.
     follows : (L,) array of bool
@@ -377,13 +396,29 @@ def _iterated(
     active: BoolArray,
     loops: LaneLoops,
 ) -> LaneFits:
-    """Iterate instrumental variables of lanes from least squares until convergence."""
+    """Return the fits of lanes by instrumental variables, iterated from least squares.
+
+    Parameters
+    ----------
+    block : LaneBlock
+    measured : Equations
+        Rows of the records.
+    excluded, rows : array of bool or None
+        As in `LaneBlock.rows`.
+    found : LaneSolutions
+        Least-squares solutions.
+    active : (L,) array of bool
+        True for lanes to iterate.
+    loops : LaneLoops
+        Loops simulated with these solutions.
+    """
     ended: LaneFits = {}
     net, lanes = measured.left - measured.intercept, len(active)
     paces, counts = [StepControl() for _ in range(lanes)], row_counts(rows, net.shape)
     physical, size, going = found.theta.copy(), np.full(lanes, np.inf), np.arange(lanes)
     active = active.copy()
     for step in range(_MOST + 1):
+        # Store lanes that have converged.
         active &= loops.well
         for place, lane in enumerate(going):
             if active[lane] and size[lane] <= CONVERGED.value:
@@ -391,6 +426,7 @@ def _iterated(
                 active[lane] = False
         if not active.any() or step == _MOST:
             break
+        # Solve the others with the instruments of their last loops; limit their steps.
         going = np.flatnonzero(active)
         left, regressor = (
             np.ascontiguousarray(each[..., going]) for each in (net, measured.regressor)

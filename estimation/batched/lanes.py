@@ -1,4 +1,4 @@
-"""Lanes: records of one reference, with their estimates and their measured and simulated rows.
+"""Lanes: records of one reference that are filtered, simulated and solved in parallel.
 
 The decimation filter is computed as a sum of first-order modes, so that only the kept rows are
 computed. The response of the filter, applied forward and backward, is a sum over its poles, each
@@ -44,8 +44,9 @@ class RecordLanes(Exact):
     Attributes
     ----------
     reference : (N,) array
+        Reference of all lanes.
     position, control : (N, B) array
-        Measured, in contiguous memory.
+        Measured positions and controls, in contiguous memory.
     period : float
         Period of the control law, s.
     resolution : float
@@ -76,7 +77,7 @@ class RecordLanes(Exact):
         return int(self.position.shape[1])
 
     def record(self, lane: int) -> Record:
-        """Return one lane as a record."""
+        """Return the record of one lane, given by its number."""
         return Record(
             time=self.period * np.arange(float(len(self.reference))),
             position=self.position[:, lane],
@@ -86,7 +87,7 @@ class RecordLanes(Exact):
         )
 
     def part(self, lanes: slice) -> "RecordLanes":
-        """Return some of the lanes."""
+        """Return the lanes of a slice, in contiguous memory."""
         return RecordLanes(
             reference=self.reference,
             position=np.ascontiguousarray(self.position[:, lanes]),
@@ -109,6 +110,7 @@ class LaneEstimates(Exact):
     freedom : mapping of str to (B, p) array
         Their degrees of freedom.
     iterations : (B,) array of int
+        Number of iterations.
     how : tuple of str
         For each lane ``side by side``, ``alone`` or ``failed``.
     errors : mapping of int to str
@@ -124,7 +126,17 @@ class LaneEstimates(Exact):
 
 
 def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: int) -> Array:
-    """Return the first controls of the law for an axis at rest before, (samples, L)."""
+    """Return the first controls that the law computes if the axis was at rest before, (samples, L).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    reference : (N,) array
+    position : (N, L) array
+        Measured positions.
+    samples : int
+        Number of controls.
+    """
     lanes = position.shape[1]
     commanded = np.broadcast_to(reference[:samples, None], (samples, lanes)).copy()
     (state,) = axis.evaluate("control_start", commanded[0], position[0])
@@ -136,6 +148,7 @@ def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: in
     return made
 
 
+#: One pole of each conjugate pair, its residue, its two-way gain, and the direct gain.
 _Filter = tuple[ComplexArray, ComplexArray, ComplexArray, float]
 
 
@@ -144,13 +157,18 @@ _ALL_PASS: _Filter = (np.zeros(4, complex), *(np.full(4, 1 / 8, complex),) * 2, 
 
 
 def _modes(sampled: SampledFilter) -> _Filter:
-    """Return one pole of each pair, its residue, its two-way gain, and the direct gain."""
+    """Return the first-order modes of the decimation filter, forward and backward.
+
+    They are one pole of each conjugate pair, its residue, its gain forward and backward, and the
+    gain of the filter without memory.
+    """
     sections = sampled.decimation.sections
     pairs = np.array([np.roots(section[3:]) for section in sections])
     poles: ComplexArray = np.where(pairs[:, 0].imag > 0, pairs[:, 0], pairs[:, 1])
     every = np.concatenate([poles, poles.conj()])
 
     def numerator(delays: ComplexArray) -> ComplexArray:
+        """Return the numerator of the filter's transfer function at values of ``1/z``."""
         powers = delays[:, None, None] ** np.arange(3)
         return np.asarray(np.prod((powers * sections[:, :3]).sum(axis=-1), axis=-1))
 
@@ -163,10 +181,11 @@ def _modes(sampled: SampledFilter) -> _Filter:
 
 
 def _ends(poles: ComplexArray, residues: ComplexArray, gains: ComplexArray, beyond: int) -> Array:
-    """Return the matrix from forward modes to the initial state of backward modes.
+    """Return the matrix from forward modes to the initial state of backward modes, (2 s, 2 s).
 
     The forward modes are relative to their steady state. Both are `beyond` samples after the last
-    value, which is held there.
+    value, which is held there. `poles`, `residues` and `gains`, (s,) each, are as from `_modes`;
+    rows and columns of the matrix alternate real and imaginary parts.
     """
     ahead = np.concatenate([poles, poles.conj()])[None, :]
     weights = np.concatenate([residues, residues.conj()])
@@ -208,7 +227,7 @@ class LaneBlock:
 
     @cached_property
     def motion(self) -> Motion:
-        """Filtered measured motion, (N, L) each."""
+        """Filtered measured position, velocity and acceleration, (N, L) each."""
         return self.filtered(self.lanes.position)
 
     @cached_property
@@ -253,7 +272,10 @@ class LaneBlock:
         )
 
     def filtered(self, position: Array) -> Motion:
-        """Return motions filtered like measured ones, (N, L) each."""
+        """Return filtered position, velocity and acceleration for positions, (N, L) each.
+
+        The filter is that of the measured motion.
+        """
         q, dq, ddq = np.empty((3, *position.shape))
         sampled = self.template.sampling.filter
         self.library.motion(
@@ -267,7 +289,11 @@ class LaneBlock:
         return q, dq, ddq
 
     def rows(self, excluded: BoolArray | None, rows: BoolArray | None) -> Equations:
-        """Return the rows of the records, (n, L) and (n, p, L); zero for missing rows of a lane."""
+        """Return the rows of the records: left side (n, L) and regressor (n, p, L).
+
+        Rows that a lane lacks are 0. `excluded`, (N, L), is True for samples without weight, and
+        `rows`, (n, L), for rows that a lane has; None for no such samples, and for all rows.
+        """
         found = self.library.measured(
             self.lanes.control, self.motion, self.template.hold_delay, excluded, self.decimation
         )
@@ -289,7 +315,7 @@ class LaneBlock:
 
     @cached_property
     def starts(self) -> tuple[LoopStart, BoolArray]:
-        """Starts of the loops, and True for lanes where they agree with `loop_starts`.
+        """Initial states of the loops, and True for lanes where they agree with `loop_starts`.
 
         The memory is the declared one of an axis at rest; it is wrong for lanes whose first
         controls show another memory.
@@ -310,7 +336,17 @@ class LaneBlock:
     def loops(
         self, physical: Array, chosen: BoolArray, excluded: BoolArray | None, rows: BoolArray | None
     ) -> "LaneLoops":
-        """Simulate chosen lanes with parameters (L, p), and return their rows."""
+        """Return the simulated loops of chosen lanes and their rows.
+
+        Parameters
+        ----------
+        physical : (L, p) array
+            Parameters of all lanes.
+        chosen : (L,) array of bool
+            True for lanes to simulate.
+        excluded, rows : array of bool or None
+            As in `rows`.
+        """
         lanes = np.flatnonzero(chosen)
         physical, start = physical[lanes], self.starts[0]
         inputs = LoopInputs(
@@ -371,7 +407,7 @@ def some_lanes(values: BoolArray | None, lanes: IntArray) -> BoolArray | None:
 
 
 def _kept(found: Array, rows: BoolArray | None) -> Array:
-    """Set missing rows of each lane to zero, in place."""
+    """Return rows, (n, c, L), with those that a lane lacks set to 0, in place."""
     if rows is not None:
         found *= rows[:, None, :]
     return found

@@ -21,14 +21,14 @@ _TRACKING = (0.3, 1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadyLaw:
-    """A ready law without gains.
+    """A ready law without the values of its gains.
 
     Attributes
     ----------
     function : str
-        Its name in `axisid.control`, as in `LAWS`.
+        Name of the function in `axisid.control` that makes the law, as in `LAWS`.
     words : mapping of str to str
-        Arguments of that function that are not numbers.
+        Arguments of that function that are not numbers, such as ``velocity="averaged"``.
     same : str
         Description of other laws with the same control.
     """
@@ -45,16 +45,18 @@ class ReadyLaw:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawForm(ReadyLaw):
-    """A ready law with its words, and the regression for start values of its gains.
+    """A ready law, and the linear regression that gives start values of its gains.
 
     Attributes
     ----------
     columns : tuple of str
-        Signals of the regression; the control is a linear combination of them; see `signals`.
+        Names of the signals of the regression. The control is a linear combination of them; see
+        `signals`.
     gains : callable
-        Maps the coefficients of the columns to gains by name.
+        Maps the coefficients of the columns, by name, to gains of the law, by name.
     extra : str
-        A gain that is no coefficient: ``velocity_filter``, ``pll_bandwidth``, ``filter_time``.
+        Gain of a filter, which is not found by the regression but tried from a list:
+        ``velocity_filter``, ``pll_bandwidth`` or ``filter_time``. Empty for a law without one.
     """
 
     columns: tuple[str, ...]
@@ -66,7 +68,11 @@ class LawForm(ReadyLaw):
         return replace(LAWS[self.function](**gains, **self.words, period=period), delay=delay)
 
     def wound_gains(self, gains: Mapping[str, float]) -> Iterator[Mapping[str, float]]:
-        """Yield start values of the gains, with several times of back-calculation if it is used."""
+        """Yield start values of the gains with each tried time of anti-windup.
+
+        `gains` is yielded first. For a law with back-calculation, several values of its
+        `tracking_time` follow.
+        """
         yield gains
         if self.words.get("anti_windup") != "back_calculation":
             return
@@ -75,7 +81,10 @@ class LawForm(ReadyLaw):
             yield {**gains, "tracking_time": share * integral}
 
     def begun(self, period: float) -> Sequence[float | None]:
-        """Return the start values of the extra gain; a single None without one."""
+        """Return the start values of the gain `extra`; a single None for a law without one.
+
+        `period` is the sample period, s.
+        """
         if not self.extra:
             return (None,)
         times = [period * each for each in _FILTERS]
@@ -89,11 +98,11 @@ class LawForm(ReadyLaw):
         Parameters
         ----------
         ticks : LawInputs
-            At the samples; the velocity is that of an ideal sensor.
+            Inputs of the law at the samples; the velocity is that of an ideal sensor.
         period : float
-            s
+            Sample period, s.
         extra : float or None
-            Value of the extra gain of the filter.
+            Value of the gain `LawForm.extra` of the filter; None for a law without one.
         """
         error, rate = ticks.reference - ticks.position, _rate(ticks.reference, period)
         velocity = self._velocity(ticks, period, extra)
@@ -135,7 +144,10 @@ def _sum(values: Array, period: float) -> Array:
 
 
 def _smooth(values: Array, period: float, time: float | None) -> Array:
-    """Return values after a first-order low-pass, as `low_pass` computes it, (N,)."""
+    """Return values after the first-order low-pass of `low_pass`, (N,).
+
+    `time` is its time constant, s; the values are unchanged for None or 0.
+    """
     if not time:
         return values
     from scipy.signal import lfilter
@@ -150,7 +162,7 @@ def _over(above: float, below: float) -> float:
 
 
 def _cascade(c: Mapping[str, float]) -> dict[str, float]:
-    """Return the gains of a cascade from the coefficients of its columns."""
+    """Return the gains of a position-velocity cascade from the coefficients of its columns."""
     kv = -c["velocity"]
     further = {
         "velocity_feed_forward": ("rate", _over(c.get("rate", 0.0), kv)),
@@ -176,7 +188,11 @@ _PID = ("error", "derivative", "sum of error", "constant")
 
 
 def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
-    """Return the form of a P-PI cascade with a way to compute the velocity."""
+    """Return the form of a P-PI cascade.
+
+    `velocity` is the way in which the law computes the velocity from positions. `columns` and
+    `extra` are as in `LawForm`.
+    """
     return LawForm(
         function="cascade_p_pi",
         columns=columns,

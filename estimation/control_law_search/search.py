@@ -54,7 +54,7 @@ class ExplainedLaw(ReadyLaw):
     Attributes
     ----------
     law : ControlLaw
-        With these gains and the delay.
+        The law with these gains and the delay.
     deviations : mapping of str to float
         Standard error of each gain that the record identifies, for autocorrelated residuals.
     held_out_percent : float
@@ -118,11 +118,12 @@ class LawSearch(Checked, Presentable):
     as_well: int
 
     def __repr__(self) -> str:
+        """Return the name of the best law with its control error."""
         return f"laws of {self.axis}: {self.best.title}, {self.best.held_out_percent:.3g} % left"
 
     @property
     def best(self) -> ExplainedLaw:
-        """First of the laws."""
+        """The law that explains the control best, the first of `laws`."""
         return self.laws[0]
 
     @property
@@ -154,7 +155,7 @@ def find_law(
     axis : Axis or GeneratedAxis
         Axis with the drive and signals of the record; its declared law is not used.
     record : Record
-        With position, reference and control. The longest segment is used.
+        Record with position, reference and control; its longest segment is used.
     progress : callable, optional
         Called with the number of finished forms, their total, and a text.
 
@@ -182,6 +183,7 @@ def find_law(
             "too-short",
         ),
     )
+    # Fit each form from its start values, then also with anti-windup where it may help.
     along, found = _AlongRecord.of(generated, piece), list[ExplainedLaw]()
     for form in with_progress(FORMS, progress, lambda form: form.title):
         law = along.begun(form)
@@ -207,9 +209,9 @@ class _AlongRecord:
     axis : GeneratedAxis
     record : Record
     used, held_out : (N,) array of bool
-        True for samples to fit the gains, and for held-out samples.
+        True for samples that fit the gains, and for held-out samples that evaluate the fit.
     ticks : LawInputs
-        Inputs of a law.
+        Inputs of any law at the samples of the record.
     """
 
     axis: GeneratedAxis
@@ -220,7 +222,12 @@ class _AlongRecord:
 
     @classmethod
     def of(cls, axis: GeneratedAxis, record: Record) -> "_AlongRecord":
-        """Return the fit along a record without gaps with position, reference and control."""
+        """Return the object for a record without gaps with position, reference and control.
+
+        Samples that are masked, at the drive's limit or near an end of the record are neither
+        fitted nor held out. The other samples are divided into ten blocks, every second of which is
+        held out.
+        """
         told = unlimited(axis, record, (0, len(record))).copy()
         settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
         told[: settling + _DELAYS] = told[len(record) - settling :] = False
@@ -240,10 +247,11 @@ class _AlongRecord:
         )
 
     def begun(self, form: LawForm, *, apart: bool = False) -> ControlLaw | None:
-        """Return the law with the delay and filter of the regression with the smallest residual.
+        """Return a law of a form with start values of its gains, delay and filter.
 
-        None if no regression gives valid gains. With `apart`, the integral is free in each stretch
-        between times at the limit.
+        They are those of the regression with the smallest residual, over all delays and filters.
+        None if no regression gives valid gains. With `apart`, the initial value of the integral is
+        free in each stretch between times at the drive's limit.
         """
         starts: list[tuple[float, int, dict[str, float]]] = []
         for extra in form.begun(self.record.period):
@@ -256,7 +264,11 @@ class _AlongRecord:
     def _starts(
         self, form: LawForm, extra: float | None, *, apart: bool
     ) -> Iterator[tuple[float, int, dict[str, float]]]:
-        """Yield residual norm, delay and gains of the regression for each delay."""
+        """Yield the residual norm, the delay in samples, and the gains of a regression per delay.
+
+        Regressions with a gain of 0 or not finite are left out. `extra` is the value of the gain
+        of a filter, and None for a form without one; `apart` is as in `begun`.
+        """
         columns = form.signals(self.ticks, self.record.period, extra)
         if apart:
             columns.pop("constant")
@@ -264,6 +276,7 @@ class _AlongRecord:
         given, told = _commands(self.axis, self.record)
         used = self.used & told
         for delay in range(_DELAYS + 1):
+            # Regress the commands behind the recorded control on the delayed columns.
             late = at_once[np.maximum(np.arange(len(at_once)) - delay, 0)]
             commands = given - as_logged(self.axis, self.ticks.added_at_samples(delay))
             rows = np.column_stack([commands, as_logged(self.axis, late)])[used]
@@ -290,9 +303,10 @@ class _AlongRecord:
         )
 
     def fitted(self, form: LawForm, law: ControlLaw) -> ExplainedLaw | None:
-        """Return a law with its gains fitted, starting from its gains; None if it diverges.
+        """Return a law with its gains fitted to the control, starting from those of `law`.
 
-        Standard errors are those of the gains that the record identifies.
+        The gains are fitted on the samples `used`, and the control error is evaluated on those and
+        on the held-out samples. None if the law diverges along the record.
         """
         best, smooth = self._by_gains(law).best([*law.gains]), comparison_filter(law, self.record)
         along, gains = best.along, best.gains
@@ -315,9 +329,10 @@ class _AlongRecord:
         )
 
     def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
-        """Return the law fitted with each anti-windup, if the drive came near its limit.
+        """Return the law fitted with each kind of anti-windup.
 
-        Each fit starts from the best start values.
+        Each fit starts from those start values that have the smallest control error. Empty for a
+        law without an integral, and where the drive did not come near its limit.
         """
         along = LawReplay.of(self.axis, law, self.ticks, self.record)
         if "sum of error" not in form.columns or not np.any(np.isfinite(along.limit)):
@@ -342,10 +357,17 @@ class _AlongRecord:
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the commands behind the recorded control, (N,), and True where they are known, (N,).
+    """Return the commands of the law that led to the recorded control, and where they are known.
 
-    Behind a dead band, the control is smaller than the command, and 0 for many commands; behind a
-    rate limit, commands are not known where the control changes at the limit.
+    A control that is logged behind a dead band is smaller than the command, and 0 for many
+    commands. Behind a rate limit, commands are not known where the control changes at the limit.
+
+    Returns
+    -------
+    (N,) array
+        Commands, in the unit of the control.
+    (N,) array of bool
+        True where the command is known.
     """
     control, path = np.asarray(record.control), axis.drive.path
     told = np.ones(len(control), dtype=bool)
@@ -359,7 +381,10 @@ def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bo
 
 
 def _about_means(rows: Array, stretches: NDArray[np.intp]) -> Array:
-    """Return rows (n, k) minus their mean over each stretch."""
+    """Return rows, (n, k), minus their mean over each stretch.
+
+    `stretches` has the number of the stretch of each row, (n,).
+    """
     firsts = np.flatnonzero(np.diff(stretches, prepend=-1))
     lengths = np.diff([*firsts, len(stretches)])
     means = np.add.reduceat(rows, firsts, axis=0) / lengths[:, None]
@@ -367,9 +392,11 @@ def _about_means(rows: Array, stretches: NDArray[np.intp]) -> Array:
 
 
 def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> LawSearch:
-    """Return the ranked laws: laws with an error equal to the smallest by number of gains.
+    """Return the laws ranked by their held-out control error.
 
-    An ideal velocity is not logged; a law that reads one is only first if no other law explains the
+    Laws with more gains than a law of the same function, but no smaller error, are left out. Laws
+    whose error equals the smallest come first, those with few gains before others. An ideal
+    velocity is not logged, so a law that reads one is only first if no other law explains the
     control.
     """
     least = min(
@@ -403,7 +430,10 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
 
 
 def _says_no_more(law: ExplainedLaw, than: ExplainedLaw) -> bool:
-    """Return True if a law has more gains or words than another, but no smaller error."""
+    """Return True if a law has more gains or options than the law `than`, but no smaller error.
+
+    Both must be of the same function. The error of `than` may be up to 1.1 times as large.
+    """
     (gains, words), (fewer_gains, fewer_words) = (
         (len(each.law.gains), len(each.words)) for each in (law, than)
     )

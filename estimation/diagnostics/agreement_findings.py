@@ -42,7 +42,7 @@ class EstimateComparison:
     largest : ParameterDifference
         The largest significant difference, in standard errors; the largest of all without any.
     p_value : float
-        Of a test of all differences at once.
+        P-value of a test of all differences at once.
     is_large : bool
         Whether a significant difference is larger than the confidence intervals and the least share
         of the value allow.
@@ -177,10 +177,11 @@ class AgreementOfEstimates(Finding):
     Attributes
     ----------
     reported : str
-        Method.
+        Method whose estimate is reported.
     findings : tuple of Finding
-        Those with the status of the check.
+        Findings of the comparisons whose status is the worst, which is that of the check.
     all_pass : bool
+        Whether all comparisons pass.
     """
 
     reported: str
@@ -195,12 +196,14 @@ class WeakestInstrument(Finding):
     Attributes
     ----------
     column : str
-        Its parameter.
+        Parameter of the column.
     conditional_f : float or None
         First-stage F statistic, conditional on the other columns; None where it is not finite, as
         for an exact first stage.
     least_f : float
+        Threshold of the F statistic.
     is_strong : bool
+        Whether the F statistic reaches the threshold.
     """
 
     column: str

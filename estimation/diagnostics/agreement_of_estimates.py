@@ -51,6 +51,8 @@ LS_LESS_IV = f"idm-ls{LESS}idm-iv", f"ddm-ls{LESS}ddm-iv"
 DDM_LESS_IDM = f"ddm-ls{LESS}idm-ls"
 
 
+#: Tests of the difference between two estimates, by parameter, or the reason why there are none; by
+#: the pair of methods, such as `SECOND_OPINION`.
 Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
 
 
@@ -63,13 +65,17 @@ def method_check(
     *,
     law_passed: bool | None,
 ) -> Check | Missing:
-    """Compare the reported estimate with other estimates, and check its bias by noise.
+    """Return the check of the reported estimate against other estimates, and of its bias by noise.
+
+    Up to three comparisons are made; the check is that of the worst. Missing, with the reason,
+    where none can be made.
 
     Parameters
     ----------
     judged : Estimate
+        The reported estimate.
     estimates : mapping of str to Estimate
-        By method.
+        Estimates by method.
     compared : mapping of str to mapping of str to HausmanTest, or Missing
         Tests by parameter, of one estimate minus another; by the pair of methods, see
         `SECOND_OPINION`.
@@ -104,7 +110,10 @@ def _second_opinion_check(
     levels: Levels,
     law_passed: bool | None,
 ) -> Check | None:
-    """Return the comparison of IDM-IV with DIDIM, which relies on the declared control law."""
+    """Return the check of IDM-IV against DIDIM, which relies on the declared control law.
+
+    None where the two are not compared.
+    """
     comparison = _comparison_of(SECOND_OPINION, compared, estimates, levels)
     if comparison is None:
         return None
@@ -122,9 +131,9 @@ def _second_opinion_check(
 def _instruments_check(
     compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
 ) -> Check | None:
-    """Return the comparison of least squares with instruments; at most a note.
+    """Return the check of least squares against instruments; None where they are not compared.
 
-    The reported estimate is then not that of least squares.
+    It is at most a note, because the reported estimate is then not that of least squares.
     """
     for pair in LS_LESS_IV:
         if pair in compared:
@@ -139,7 +148,10 @@ def _instruments_check(
 def _comparison_of(
     pair: str, compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
 ) -> EstimateComparison | None:
-    """Return the differences between two estimates; None where they are not compared."""
+    """Return the differences between the estimates of a pair of methods, with their significance.
+
+    None where the two are not compared.
+    """
     tests = compared.get(pair)
     if tests is None or isinstance(tests, Missing):
         return None
@@ -163,7 +175,7 @@ def _comparison_of(
 
 
 def _difference(name: str, test: HausmanTest, other: Estimate) -> ParameterDifference:
-    """Return a difference with its size relative to the other estimate."""
+    """Return the finding of a difference, with its size in percent of the estimate `other`."""
     value = other.parameters[name]
     percent = 100 * test.difference / value.value if value.value else None
     return ParameterDifference(
@@ -176,7 +188,11 @@ def _difference(name: str, test: HausmanTest, other: Estimate) -> ParameterDiffe
 
 
 def _is_large(name: str, difference: float, one: Estimate, other: Estimate, levels: Levels) -> bool:
-    """Return True for a difference beyond both intervals and the least share of a precise value."""
+    """Return True for a difference that is large for the parameter.
+
+    It is larger than the half widths of both intervals and than the least share of the value, and
+    the parameter is precise in the estimate `one`.
+    """
     values = one.parameters[name], other.parameters[name]
     if not values[0].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value:
         return False
@@ -192,9 +208,10 @@ def _check_of(
     name: str = "method",
     matters: bool = True,
 ) -> Check:
-    """Return the check of two estimates; significant differences are a note unless they are large.
+    """Return the check of two estimates, of a given name.
 
-    They are at most a note where they do not matter.
+    Significant differences are a note. They fail the check where they are large, unless `matters`
+    is False.
     """
     status: Status = "pass"
     if comparison.differences:
@@ -232,7 +249,11 @@ def less_precise(moved: Iterable[str], iv: Estimate, didim: Estimate) -> list[st
 
 
 def _bias_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) -> Check | None:
-    """Return the check of a reported least-squares estimate for bias; None if none is known."""
+    """Return the check of a reported least-squares estimate for bias.
+
+    The bias is that by noise, if replicas show it, otherwise that by the steps of a logged
+    position. None for an estimate with instruments, and where no bias is known.
+    """
     if judged.Z is not None:
         return None
     if judged.filter_bias is not None:
@@ -243,9 +264,9 @@ def _bias_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) ->
 
 
 def _noise_check(judged: Estimate, bias: Array) -> Check | None:
-    """Return the check for bias by noise, which simulated replicas show; at most a note.
+    """Return the check for bias by noise, which simulated replicas show; None without parameters.
 
-    The intervals of the estimate are corrected for it.
+    It is at most a note, because the intervals of the estimate are corrected for the bias.
     """
     by_parameter = dict(zip(judged.parameters, map(float, bias), strict=True))
     if not by_parameter:
@@ -271,7 +292,11 @@ def _noise_check(judged: Estimate, bias: Array) -> Check | None:
 
 
 def _quantisation_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) -> Check:
-    """Return the check for bias by the steps of the logged position."""
+    """Return the check for bias by the steps of the logged position.
+
+    `steps` has the bias of each parameter; it is infinite where the position has too few steps to
+    calculate it.
+    """
     biases = _biases(judged, steps)
     noticeable = _noticeable(biases)
     largest = max((each.standard_errors for each in biases), default=0.0)
@@ -324,9 +349,10 @@ def _noticeable(biases: Sequence[ParameterBias]) -> tuple[ParameterBias, ...]:
 def forms_check(
     compared: Compared, estimates: Mapping[str, Estimate], levels: Levels = DEFAULT_LEVELS
 ) -> Check | Missing | None:
-    """Compare the two forms of least squares, which noise biases in different ways.
+    """Return the check of least squares of the direct model against that of the inverse model.
 
-    None where there are instruments, or one of the forms is missing.
+    Noise biases the two in different ways. None where there are instruments, or one of the two
+    estimates is missing. Missing, with the reason, where they cannot be compared.
     """
     tests = compared.get(DDM_LESS_IDM)
     if isinstance(tests, Missing):
@@ -379,7 +405,7 @@ class InstrumentTests:
 
 @unless_missing
 def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
-    """Check the column of the regressor that the instruments explain least.
+    """Return the check of the column of the regressor that the instruments explain least.
 
     Weak instruments are a note for an output-error estimate, which uses only the rows of the
     simulated loop.
@@ -419,14 +445,18 @@ def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing
 
 @np.errstate(divide="ignore")
 def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:
-    """Return the first stage of every column, as in linearmodels' diagnostics.
+    """Return first-stage statistics of every column of the regressor.
+
+    Each column is regressed on the instruments. R squared and F are those of this regression.
+    Shea's R squared and the conditional F are of the part that the other columns do not explain.
+    The numbers equal those of the diagnostics of the package linearmodels.
 
     Parameters
     ----------
     X, Z : (n, k) arrays
         Regressor and instruments.
     names : sequence of str
-        Of the columns' parameters.
+        Names of the parameters of the columns.
 
     Raises
     ------

@@ -104,13 +104,15 @@ def estimate_delay(
 
 @unless_missing
 def alignment_of(scores: RecordScores) -> Alignment | Missing:
-    """Estimate the delay of the force in a record from the residuals of its model.
+    """Return the estimated delay of the force in a record, from the residuals of its model.
 
-    The estimate is found by Gauss-Newton steps. The column of the delay is the change of the
-    modelled force in a sample, along the simulated loop where there is one. Each step shifts a
-    cubic spline of the recorded force. The errors of the filter along the loop and the mean effect
-    of noise in the simulated replicas are subtracted.
+    Missing where the parameters of the model explain a delay as well. The estimate is found by
+    Gauss-Newton steps. The column of the delay is the change of the modelled force in a sample,
+    along the simulated loop where there is one. Each step shifts a cubic spline of the recorded
+    force. The errors of the filter along the loop and the mean effect of noise in the simulated
+    replicas are subtracted.
     """
+    # Column of the delay, range of the search, and its start.
     data, force = scores.data, scores.form.equations(scores.signals).predicted(scores.physical)
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
     declared = math.floor(declared_lateness(data) / data.period)
@@ -147,7 +149,7 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
 
 
 def _delayed(scores: RecordScores, samples: float) -> RecordScores:
-    """Return the scores of the record with its force delayed by a number of samples."""
+    """Return the residuals and columns of a record whose force is delayed by some samples."""
     from scipy.ndimage import shift
 
     delayed = scores.along.by_stretch(
@@ -169,14 +171,27 @@ def alignment_check(
     law: LawAgreement | Missing,
     timing: int | Missing,
 ) -> Check | Missing:
-    """Compare the estimated delay of the force with the delay that the hold assumes.
+    """Return the check of the estimated delay of the force against the delay of the hold.
 
-    The check fails where the search for missing terms finds a delay, `late`. Without that search,
-    it fails where the estimate is at the end of its range, or where the force acts significantly
-    earlier than the hold assumes and this moves a parameter by more than its interval's half width,
-    of `half_widths`. A force may act whole samples after it is recorded, by `timing`. Where the
-    control law shows that the log wrote it at another time by as many samples, this is the only
-    remedy, and counts once.
+    The check fails where the search for missing terms finds a delay. Without that search, it fails
+    where the estimate is at the end of its range, or where the force acts significantly earlier
+    than the hold assumes and this moves a parameter by more than half of its interval. It is a note
+    where the control law shows the same shift of the log, which is then counted once. Missing where
+    the delay is too uncertain.
+
+    Parameters
+    ----------
+    delay : Alignment
+        Estimated delay.
+    data : FilteredRecord
+    late : Misspecification, Missing or None
+        The delay among the missing terms; None where there is none; Missing without the search.
+    half_widths : mapping of str to float
+        Half widths of the 95 % intervals by parameter.
+    law : LawAgreement or Missing
+        Comparison of the control law with the record.
+    timing : int or Missing
+        Whole samples after its recording at which the force acts, see `force_timing`.
     """
     role = "control" if data.record.force is None else "force"
     shifted = 0 if isinstance(timing, Missing) or role == "force" else timing
@@ -231,7 +246,22 @@ def _effects(delay: Alignment) -> tuple[EffectOfDelay, ...]:
 def _remedies(
     delay: Alignment, data: FilteredRecord, timing: int | Missing, role: str, *, by_log: bool
 ) -> tuple[Finding, ...]:
-    """Return the other hold if it explains the delay, otherwise changes of the drive or the log."""
+    """Return changes that align force and motion, in the order in which to try them.
+
+    If the other hold explains the delay, it is the only change. Otherwise they are changes of the
+    declared delay of the drive, or a shift of the column in the log.
+
+    Parameters
+    ----------
+    delay : Alignment
+    data : FilteredRecord
+    timing : int or Missing
+        Whole samples after its recording at which the force acts, see `force_timing`.
+    role : {"control", "force"}
+        Column that gives the force.
+    by_log : bool
+        Whether the control law shows that the log wrote the control at another time.
+    """
     axis, period, late = data.axis, data.record.period, delay.best - data.hold_delay
     declared = declared_lateness(data)
     # The declared delay of the drive is too long.
@@ -272,7 +302,11 @@ def declared_lateness(data: FilteredRecord) -> float:
 
 @unless_missing
 def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
-    """Return the whole samples between the recording of the force and its action, without hold."""
+    """Return the whole samples between the recording of the force and its action.
+
+    The delay of the hold is not counted. Missing where the delay is uncertain, at the end of its
+    range, or not near a whole number.
+    """
     if found.deviation > MAX_DELAY_DEVIATION.value or found.at_the_end:
         return Missing("the motion does not show when the force acts")
     apart = found.best - data.hold_delay
@@ -285,7 +319,11 @@ def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
 
 
 def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) -> LawAgreement:
-    """Return a comparison of the law in which the motion shows whether law or log is wrong."""
+    """Return a comparison of the law whose late control says whether law or log is wrong.
+
+    The motion shows this, by the `timing` of the force. Comparisons without a late control are
+    returned unchanged.
+    """
     finding = law.finding
     if isinstance(finding, FoundByReading) and isinstance(finding.finding, LateControl):
         late = _blamed(finding.finding, data, timing)
@@ -296,7 +334,7 @@ def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) 
 
 
 def _blamed(late: LateControl, data: FilteredRecord, timing: int | Missing) -> LateControl:
-    """Return a late control with the error that the motion shows."""
+    """Return the finding of a late control, with the cause and the remedy that the motion shows."""
     law = data.axis.control
     if late.is_at_least or law is None or law.continuous:
         return late

@@ -126,7 +126,7 @@ class ForceDelay(Finding):
     hold : {"raw", "zoh"} or None
         Hold of the prefilter.
     supposed : float
-        Delay that the hold assumes, samples.
+        Delay of the force that the hold assumes, samples: 0 for raw, about 0.5 for zoh.
     apart : float
         Delay minus the assumed delay, samples.
     is_aligned : bool

@@ -63,11 +63,13 @@ class RecordDiagnosis(Exact):
     verdict : tuple of Check
         All checks; for one of several records those of that record.
     lack_of_fit : LackOfFit or None
-        Of the reported estimate; None where the reference does not repeat, or there is none.
+        Split of the residual of the reported estimate into a part that repeats and noise; None
+        where the reference does not repeat, or there is none.
     motions : mapping of str to ColumnComparison or Missing
         Comparison of a measured velocity and acceleration with a derivative, by role.
     apart : RecordDifference or Missing
-        Difference of the record from the others.
+        Difference of the parameters of this record from those of the others; Missing for a single
+        record, and where it is unknown.
     """
 
     law: LawAgreement | Missing
@@ -90,18 +92,20 @@ class Diagnosis(RecordDiagnosis):
     preferred : str
         Method whose estimate the checks apply to.
     instruments : InstrumentTests or None
-        Of `preferred`, or of IDM-IV where `preferred` is output error; None without instruments.
+        Tests of the instruments of `preferred`, or of IDM-IV where `preferred` is output error; None
+        without instruments.
     excitation : tuple of Excitation
-        By physical parameter.
+        Excitation of each physical parameter.
     bands : mapping of str to mapping of str to JackknifeInterval
-        Of the model error, by method and physical parameter.
+        Jackknife intervals for the effect of the model error, by method and physical parameter.
     with_missing_terms : mapping of str to tuple of float
-        By physical parameter, where *missing terms* fails: its value in a model with the missing
-        term. Two values, forward and backward, where that differs between directions.
+        Value of each physical parameter in a model with the missing term, by name. It has two
+        values, forward and backward, where these differ. Empty unless *missing terms* fails.
     differences : mapping of str to mapping of str to HausmanTest
-        Between two estimates, ``idm-iv less didim`` for IDM-IV minus DIDIM, by physical parameter.
+        Tests of the difference between two estimates, by pair of methods and physical parameter.
+        The pair ``idm-iv less didim`` is IDM-IV minus DIDIM.
     records : tuple of RecordDiagnosis
-        By record, where there are several.
+        Measurements of each record; empty for a single record.
     """
 
     preferred: str
@@ -122,7 +126,8 @@ class Diagnostic:
     name : str
         Name of the check.
     check : callable
-        Returns the check of a case, or why it cannot be made; None where there is nothing to check.
+        Returns the check of a result, or why it cannot be made; None where there is nothing to
+        check.
     by_record : bool
         Whether it checks a single record. Each of several records is then checked.
     several : bool
@@ -136,6 +141,7 @@ class Diagnostic:
 
 
 def _method(case: DiagnosticInputs) -> Check | Missing | None:
+    """Return the check of the reported estimate against others; None for instruments alone."""
     if len(case.estimates) == 1 and case.preferred.Z is not None:
         return None  # there is no other estimate
     return method_check(
@@ -149,13 +155,14 @@ def _method(case: DiagnosticInputs) -> Check | Missing | None:
 
 
 def _moved_parameters(case: DiagnosticInputs) -> Check | Missing | None:
+    """Return the failed check of a parameter that a missing term moves too far; None otherwise."""
     lacking = value_or((), lambda: case.lacking)
     if not lacking:
         return None
     return moved_parameters_check(missing_terms_check(lacking, case), lacking)
 
 
-#: By name, in the order of the verdict.
+#: All diagnostics by name, in the order of the verdict.
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
@@ -307,7 +314,11 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 
 @in_one_thread
 def diagnose(case: DiagnosticInputs) -> Diagnosis:
-    """Return the measurements and checks of all diagnostics of a result."""
+    """Return the measurements and checks of all diagnostics of a result.
+
+    Checks of single records are made for each record, and joined into one for the verdict. Law,
+    alignment and motion of the result are those of the first record whose check of them fails.
+    """
     by_record = {
         d.name: [made(d.name, partial(d.check, part)) for part in case.parts]
         for d in DIAGNOSTICS.values()
@@ -356,9 +367,10 @@ def diagnose(case: DiagnosticInputs) -> Diagnosis:
 
 
 def _first_failing(found: Sequence[Check | None]) -> int:
-    """Return the record shown in the report: the first with a failed check, otherwise the first.
+    """Return the index of the record shown in the report: the first failed, otherwise the first.
 
-    A check that raised an error counts as failed but has no figure: one with a figure comes first.
+    `found` has the same check of each record, or None. A check that raised an error counts as
+    failed but has no figure: a failed check with a figure comes first.
     """
     fails = (
         (each.figure is None, i) for i, each in enumerate(found) if each and each.status == "fail"

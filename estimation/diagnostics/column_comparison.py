@@ -80,7 +80,8 @@ _PARTS: dict[str, Literal["factor", "delay", "offset", "unexplained part"]] = {
 }
 
 
-#: Two columns, (N,) each, the rows to compare, and the distance of these rows in samples.
+#: Computed column and measured column, (N,) each, the sample numbers of the rows to compare, and
+#: the distance of these rows in samples.
 Columns = tuple[Array, Array, NDArray[np.int64], int]
 
 
@@ -124,9 +125,10 @@ class ColumnComparison:
 
     @property
     def distances(self) -> dict[str, float]:
-        """Distances of the factor from 1, and of delay, constant and residual from 0.
+        """Distance of the factor from 1, and of delay, constant and residual from 0, by name.
 
-        Each is relative to its tolerance.
+        Each distance is divided by its tolerance, and is too large above 1. The residual has the
+        name ``left``, the constant the name ``offset``.
         """
         far = MIN_DISTANCE_FROM_NOISE.value
         return {
@@ -140,21 +142,24 @@ class ColumnComparison:
 
     @property
     def worst(self) -> float:
-        """Return the largest distance; a column is wrong where it is more than 1."""
+        """Largest of the `distances`; a column is wrong where it is more than 1."""
         return max(self.distances.values())
 
 
 @unless_missing
 def compared_columns(columns: Columns) -> ColumnComparison | Missing:
-    """Return the comparison of two columns; missing where the axis hardly moves in the rows.
+    """Return the comparison of two columns; Missing where the axis hardly moves in the rows.
 
-    The computed column is shifted by the delay until the regression finds no further delay.
-    Unrelated signals have a delay of 0.
+    The measured column is regressed on the computed one, its derivative and a constant. The
+    computed column is shifted by the delay until the regression finds no further delay. Unrelated
+    signals have a delay of 0. The reverse regression then gives the other end of the range of the
+    factor.
     """
     computed, measured, rows, step = columns
     order = RowTimes(rows // step)
 
     def fit(given: Array, target: Array) -> Solution:
+        """Return the regression of a column on another, its derivative and a constant."""
         columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[rows]
         regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
         return least_squares(target[rows], regressor)
@@ -199,8 +204,8 @@ def low_passed(
 ) -> Columns | Missing:
     """Return two columns of a record of one segment after the same low-pass, and rows to compare.
 
-    The computed column is differentiated the given number of times. The rows are decimated samples,
-    which suffices below the cut-off.
+    The computed column is also differentiated `times` times. The rows are decimated samples, which
+    suffices below the cut-off. Missing where too few consecutive samples are not masked.
     """
     period = record.period
     cutoff = min(COMPARISON_CUTOFF.value / period, _MAX_CUTOFF)
@@ -219,7 +224,10 @@ def low_passed(
 
 
 def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
-    """Compare the recorded force with the force from the control; None without both columns."""
+    """Return the check of the recorded force against the force from the control.
+
+    None without both columns. Missing where they cannot be compared.
+    """
     if record.force is None or record.control is None:
         return None
     drive, longest = axis.drive, record.longest()
@@ -263,7 +271,19 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
 def _fault_of_force(
     found: ColumnComparison, apart: float, lag: float
 ) -> Literal["scale", "offset", "other"] | None:
-    """Return the difference of the recorded force from that of the control; None without any."""
+    """Return the kind of the difference between the recorded force and that by the control.
+
+    None where they agree. It is ``scale`` for a factor alone, ``offset`` for a constant alone, and
+    ``other`` for a late force or a larger difference.
+
+    Parameters
+    ----------
+    found : ColumnComparison
+    apart : float
+        Difference, percent of the force by the control (rms).
+    lag : float
+        Lag of the recorded force, s.
+    """
     far = found.distances
     is_near, is_late = apart <= _MAX_FORCE_DIFFERENCE, abs(lag) > _MAX_FORCE_LAG
     is_scaled = far["factor"] > 1
@@ -275,7 +295,11 @@ def _fault_of_force(
 
 
 def _gain_of_force(axis: GeneratedAxis, factor: float) -> GainOfForce | None:
-    """Return the declared gain and the one that the force has; None for another drive."""
+    """Return the declared drive gain and the one that fits the force.
+
+    None for a drive that is more than a gain. `factor` is the recorded force over that by the
+    declared gain.
+    """
     drive = axis.drive
     if not drive.is_gain:
         return None
@@ -287,7 +311,10 @@ def _gain_of_force(axis: GeneratedAxis, factor: float) -> GainOfForce | None:
 
 
 def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
-    """Compare the recorded control with the limit of the drive; None without either."""
+    """Return the check of the recorded control against the limit of the drive.
+
+    None without a control, without a limit, and where all samples are masked.
+    """
     drive = axis.drive
     if record.control is None or not np.isfinite(drive.limit):
         return None
@@ -318,7 +345,8 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
 def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
     """Return the force by the control of a record without gaps, (N,), and its slope by the gain.
 
-    The slope is that of the logarithms: 1 for a force that is proportional to the gain.
+    The slope is the relative change of the force by a relative change of the drive gain: 1 for a
+    force that is proportional to the gain.
     """
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
     along = (
@@ -337,10 +365,11 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
 
 @unless_missing
 def _compared(columns: Columns) -> tuple[float, ColumnComparison] | Missing:
-    """Return the difference of a measured force from the computed one, percent, and its parts.
+    """Return the difference of a measured force from the computed one, and their comparison.
 
-    The residual is not noise where the force is measured behind a gear. A factor that explains no
-    more than this residual does not count.
+    The difference is the root mean square in percent of the computed force. Behind a gear, the
+    residual is not noise. The uncertainty of factor and constant is therefore at least a third of
+    the residual.
     """
     computed, measured, rows, _ = columns
     if isinstance(found := compared_columns(columns), Missing):
@@ -365,10 +394,11 @@ def compared_motion(
     Parameters
     ----------
     record : Record
-        With that column.
+        Record with the measured column.
     role : {"velocity", "acceleration"}
+        The measured column.
     velocities : sequence of (N,) array
-        Of the simulated loop, by segment.
+        Velocity of the simulated loop in each segment; empty where there is no loop.
 
     Returns
     -------
@@ -392,7 +422,10 @@ def compared_motion(
 def derivative_check(
     axis: GeneratedAxis, record: Record, role: str, found: ColumnComparison | Missing | None
 ) -> Check | Missing | None:
-    """Check the comparison of a measured velocity or acceleration; None without the column."""
+    """Return the check of a measured velocity or acceleration against a derivative.
+
+    None without the column. Missing where the comparison, `found`, is missing.
+    """
     if found is None or isinstance(found, Missing):
         return found
     q, far = axis.coordinate, found.distances

@@ -32,7 +32,8 @@ class ForceAgainstControl(Finding):
     Attributes
     ----------
     fault : {"scale", "offset", "other"} or None
-        A factor or a constant alone, or more; None where they agree.
+        ``scale`` for a factor alone, ``offset`` for a constant alone, ``other`` for a late force or
+        a larger difference; None where the forces agree.
     difference_percent : float
         Root mean square of the difference, in percent of the force from the control, at low
         frequencies.
@@ -72,7 +73,7 @@ class ControlAgainstLimit(Finding):
     is_beyond : bool
         Whether these are too many.
     share_percent : float
-        Of the samples.
+        Samples beyond the limit, in percent of all samples.
     excess_percent : float
         A sample counts where it is beyond the limit by more than this, percent of the limit.
     limit : float
@@ -113,12 +114,12 @@ class ColumnCorrections:
     column : str
         Name in the log; ``NAME`` where it is not known.
     faults : tuple of {"delay", "factor", "offset"}
-        To correct, in this order.
+        Properties of the column that are wrong, in the order in which to correct them.
     shift : AdvisedShift or None
-        Against a delay; None for a column that holds each value for several samples, which has to
-        be interpolated instead, and without a delay.
+        Shift of the column that corrects its delay. None without a delay, and for a column that
+        holds each value for several samples, which has to be interpolated instead.
     likely_unit : str or None
-        Usual unit that explains the factor.
+        Usual unit that explains the factor; None where no unit does, or the factor is correct.
     is_reversed : bool
         Whether the sign explains the factor.
     scale_reference : {"position", "reference"}
@@ -152,13 +153,13 @@ class MeasuredMotion(Finding):
         from 0, each relative to its tolerance.
     worst_of : {"factor", "delay", "offset", "unexplained part"}
     unexplained_percent : float
-        Root mean square, percent of the computed signal.
+        Root mean square of the unexplained part, percent of the computed signal.
     factor, factor_uncertainty : float
-        Measured over computed.
+        Measured over computed signal.
     delay, delay_uncertainty : float
-        Of the measured column, samples; negative for early.
+        Delay of the measured column, samples; negative for an early column.
     offset, offset_uncertainty : float
-        Measured minus computed, in `unit`.
+        Constant of the measured column relative to the computed one, in `unit`.
     unit : str
     corrections : ColumnCorrections
     """

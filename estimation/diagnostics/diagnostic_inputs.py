@@ -102,7 +102,7 @@ class DiagnosticInputs:
 
     @property
     def laws(self) -> tuple[LawAgreement | Missing, ...]:
-        """Comparison of the control law with each record, or why it cannot be compared."""
+        """Comparison of the control law with each record, or the reason why it is unavailable."""
         return self.record_laws.agreements
 
     @property
@@ -111,7 +111,10 @@ class DiagnosticInputs:
         return self.record_laws.hold
 
     def _difference(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
-        """Return one estimate minus another by parameter, with tests, or why it is unavailable."""
+        """Return tests of one method's estimate minus another's, by parameter.
+
+        Missing, with the reason, where one of them gave no estimate or the test is unavailable.
+        """
         if not {one, other} <= {*self.estimates}:
             return Missing(f"{one.upper()} and {other.upper()} did not both give an estimate")
         return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
@@ -146,7 +149,7 @@ class DiagnosticInputs:
 
     @cached_property
     def alike(self) -> PoolingTest | Missing:
-        """Comparison of each of several records with the others."""
+        """Test of each of several records against the others; Missing for a single record."""
         return (
             ONE_RECORD
             if len(self.problem.data) == 1
@@ -165,14 +168,20 @@ class DiagnosticInputs:
         return judged.Z is not None or judged.by_output_error or bool(judged.inference.chains)
 
     def if_used(self, found: Check | Missing) -> Check | Missing:
-        """Return a check of law or loop; not used for an estimate that relies on neither."""
+        """Return a check of the control law or the simulated loop.
+
+        A `Missing` check becomes `NotUsed` where the reported estimate relies on neither.
+        """
         if self.rests_on_loop or not isinstance(found, Missing):
             return found
         return NotUsed(found.reason)
 
     @cached_property
     def law(self) -> LawAgreement | Missing:
-        """Comparison of the control law with the record, or why it cannot be compared."""
+        """Comparison of the control law with the record, or the reason why it is unavailable.
+
+        If the control is late, the motion decides whether law or log is wrong, see `law_in_time`.
+        """
         found = (self.whole or self).laws[self.number]
         if isinstance(found, Missing) or not found.delay:
             return found
@@ -180,7 +189,10 @@ class DiagnosticInputs:
 
     @cached_property
     def timing(self) -> int | Missing:
-        """Whole samples between the recording of the force and its action, or why unknown."""
+        """Whole samples between the recording of the force and its action, or why unknown.
+
+        The half sample of a hold is not counted, see `force_timing`.
+        """
         return force_timing(self.alignment, self.data)
 
     @cached_property
@@ -192,12 +204,15 @@ class DiagnosticInputs:
 
     @cached_property
     def strength(self) -> Check | Missing:
-        """Check of the strength of these instruments, or why it cannot be made."""
+        """Check of the strength of `instruments`, or the reason why it cannot be made."""
         return strength_check(self.instruments, self.preferred)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
-        """Excitation by physical parameter, of the motion in the regressor."""
+        """Excitation of each physical parameter by the motion in the regressor.
+
+        The motion is that of the simulated loops for output error, otherwise the measured one.
+        """
         problem, estimate = self.problem, self.preferred
         if estimate.by_output_error:  # the loops' motion
             loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
@@ -216,7 +231,10 @@ class DiagnosticInputs:
 
     @cached_property
     def motions(self) -> Mapping[str, ColumnComparison | Missing]:
-        """Comparison of a measured velocity and acceleration with a derivative, by role."""
+        """Comparison of each measured velocity and acceleration with a derivative, by role.
+
+        A velocity without a recorded position is compared with that of the simulated loop.
+        """
         record, velocities = self.data.record, tuple[Array, ...]()
         if record.integrated and record.reference is not None:
             loops = partial(recorded_loops, self.data, self.preferred.physical)
@@ -229,7 +247,7 @@ class DiagnosticInputs:
 
     @cached_property
     def scores(self) -> RecordScores | Missing:
-        """Residuals of the model for the record and its replicas, or why they are unavailable."""
+        """Residuals of the record and of its simulated replicas, or why they are unavailable."""
         return scores_at(self.data, self.preferred)
 
     @cached_property
@@ -270,9 +288,9 @@ class DiagnosticInputs:
     def steps(self) -> Mapping[str, float]:
         """Bias of least squares by the steps of a logged position, by parameter.
 
-        It applies to steps that the control does not respond to. It is infinite where there are too
-        few steps to act as noise. Empty where no steps are known, where simulated loops give the
-        bias, and for several records.
+        It applies to steps that the control does not respond to. It is infinite for every parameter
+        where the motion has too few steps for these to act as noise. Empty where the position has
+        no steps, where simulated loops give the bias, for a direct model, and for several records.
         """
         ls, record = self.preferred, self.data.record
         by_loops = ls.Z is not None or ls.filter_bias is not None
@@ -291,7 +309,7 @@ class DiagnosticInputs:
 
     @cached_property
     def bands(self) -> Mapping[str, Mapping[str, JackknifeInterval]]:
-        """Intervals of the model error by method and physical parameter."""
+        """Jackknife intervals for the effect of the model error, by method and parameter."""
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
         # Estimates of one problem have the same rows.
@@ -300,9 +318,11 @@ class DiagnosticInputs:
 
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
-        """Tests of the differences between estimates by pair of methods, or why there are none.
+        """Tests of the differences between estimates, by pair of methods and by parameter.
 
-        A pair without both estimates is left out.
+        Missing, with the reason, for a pair that cannot be compared. The pairs are those with
+        instruments where there are any, otherwise least squares of both models. A pair without both
+        estimates is left out.
         """
         instruments = any(each.Z is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"

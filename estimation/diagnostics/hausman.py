@@ -59,12 +59,15 @@ class HausmanTest:
 
 
 def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
-    """Return the difference of two estimates by physical parameter, or why it cannot be tested.
+    """Return the difference of two estimates with its tests, by name of the physical parameter.
+
+    Missing, with the reason, where the difference cannot be tested.
 
     Parameters
     ----------
     one, other : Estimate
-        Of the same rows.
+        Two estimates from the same rows. The difference is that of `one` minus `other`, and is
+        measured in standard errors of `other`.
 
     References
     ----------
@@ -105,16 +108,18 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
 def significant_differences(
     differences: Mapping[str, HausmanTest], level: float = CHECK_LEVEL.value
 ) -> dict[str, HausmanTest]:
-    """Return the significantly different parameters: alone, or otherwise all together.
+    """Return the parameters that differ significantly, with their tests, by name.
 
-    Where parameters compensate each other, such as two parts of friction, neither needs to be
-    significant alone. A difference below half a standard error does not count.
+    They are the parameters that differ significantly alone. If there are none, but all parameters
+    together differ significantly, they are all parameters with a noticeable difference. Where
+    parameters compensate each other, such as two parts of friction, neither needs to be significant
+    alone. A difference below half a standard error does not count.
 
     Parameters
     ----------
     differences : mapping of str to HausmanTest
     level : float
-        Of the tests.
+        Significance level of the tests.
     """
     far = {
         name: each
@@ -125,7 +130,11 @@ def significant_differences(
 
 
 def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
-    """Return the scores of the physical parameters of both estimates, row by row, (n, p)."""
+    """Return the scores of the physical parameters of both estimates, row by row, (n, p) each.
+
+    A score is the influence of a row times its residual. Two estimates of one equation get the same
+    residual, that of the regression with the columns of both.
+    """
     residuals = one.net_residuals, other.net_residuals
     if np.array_equal(one.X, other.X):
         weights = other.weights[:, None]

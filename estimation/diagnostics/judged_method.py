@@ -49,9 +49,15 @@ def judged_method(
 
 
 def _best(estimates: Mapping[str, Estimate], *, by_law: bool) -> str:
-    """Return the preferred method, with output error first if the law holds."""
+    """Return the preferred method among those with an estimate.
+
+    Methods with instruments or simulated rows come before least squares. With `by_law`, output
+    error then comes before instruments, otherwise after them. Among methods that are equal in this,
+    those of the inverse model come before those of the direct one.
+    """
 
     def order(method: str) -> tuple[bool, bool, bool]:
+        """Return the key of a method by which the preferred one is the smallest."""
         estimate = estimates[method]
         is_direct = isinstance(estimate.form, DirectForm)
         return estimate.Z is None, estimate.by_output_error != by_law, is_direct

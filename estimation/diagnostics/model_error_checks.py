@@ -106,19 +106,21 @@ class ResidualAtRepeats(Finding):
     Attributes
     ----------
     nature : {"systematic", "steps", "small", "none"}
-        Most of the residual repeats, as the model is incomplete; or a part of it repeats but is not
-        smooth, as encoder steps are; or a small part of it repeats; or no significant part does.
+        ``systematic``: most of the residual repeats and is smooth, as the model is incomplete.
+        ``steps``: a part of it repeats but is not smooth, as encoder steps are. ``small``: a small,
+        smooth part of it repeats. ``none``: no significant part repeats.
     percent : float
-        Power of the part that repeats, of the residual's power.
+        Power of the part that repeats, in percent of the residual's power.
     repeated, noise : float
-        Root mean squares of the two parts, in `unit`.
+        Root mean squares of the repeating part and of the noise, in `unit`.
     repeated_percent : float
-        `repeated`, of the root mean square of the left side.
+        `repeated` in percent of the root mean square of the left side.
     unit : str
+        Unit of the left side.
     left : str
         The left side of the equations, "force" or "acceleration".
     period : float or None
-        Of the motion, s; None where it repeats after pauses of other lengths.
+        Period of the motion, s; None where the motion repeats after pauses of different lengths.
     """
 
     nature: Literal["systematic", "steps", "small", "none"]
@@ -138,7 +140,7 @@ class SimulatedLoop(Finding):
     Attributes
     ----------
     percent : float
-        Simulation error, of the left side of the equations.
+        Simulation error, in percent of the left side of the equations (rms).
     left : str
         The left side of the equations, "force" or "acceleration".
     reproduces : bool
@@ -168,7 +170,7 @@ class LoopNotSimulated(Finding):
     reason : str
         Reason why the simulation failed.
     is_misspecified : bool
-        As in `SimulatedLoop`.
+        Whether the model is incomplete while the control law is correct, which may be the cause.
     """
 
     reason: str
@@ -176,7 +178,10 @@ class LoopNotSimulated(Finding):
 
 
 def outliers_check(case: DiagnosticInputs) -> Check | Missing:
-    """Check for outliers among single samples, by comparison with simulated replicas."""
+    """Return the check for outliers among single samples of the measured columns.
+
+    Missing without simulated replicas, with which the samples are compared.
+    """
     if not isinstance(case.lacking, Missing) and not case.preferred.inference.chains:
         # A HAC covariance would be estimated from the outliers themselves.
         return Missing(
@@ -196,7 +201,17 @@ def outliers_check(case: DiagnosticInputs) -> Check | Missing:
 def missing_terms_check(
     lacking: Sequence[Misspecification], case: DiagnosticInputs
 ) -> Check | Missing:
-    """Check for missing terms; a note if another failed check may be the cause."""
+    """Return the check for missing terms; a note if the cause of another failed check is enough.
+
+    Such causes are the quantisation of the position, and a delay of the drive that is declared too
+    long. A missing delay is left out where the alignment check already fails.
+
+    Parameters
+    ----------
+    lacking : sequence of Misspecification
+        Misspecifications of any kind.
+    case : DiagnosticInputs
+    """
     aligned = case.aligned  # reports the delay where it fails
     terms = [lack for lack in lacking if not (lack.kind == "delay" and fails(aligned))]
     found = misspecification_check(
@@ -217,13 +232,16 @@ def missing_terms_check(
 def moved_parameters_check(
     found: Check | Missing | None, lacking: Sequence[Misspecification] | Missing
 ) -> Check | None:
-    """Check that no missing term moves a parameter so far that its value must not be used.
+    """Return a failed check if a missing term moves a parameter too far for its value to be used.
+
+    None if no parameter is moved as far, or if the check of missing terms does not fail.
 
     Parameters
     ----------
     found : Check or Missing or None
-        Check of missing terms; None is returned unless it fails.
+        Check of missing terms.
     lacking : sequence of Misspecification or Missing
+        Misspecifications of any kind, or the reason why they are not known.
     """
     if not fails(found) or isinstance(lacking, Missing):
         return None
@@ -250,7 +268,7 @@ def moved_parameters_check(
 
 
 def fails(found: Check | Missing | None) -> bool:
-    """Return True for a check that fails."""
+    """Return True for a failed check; False for any other check, a `Missing` or None."""
     return isinstance(found, Check) and found.status == "fail"
 
 
@@ -264,12 +282,12 @@ def misspecification_check(
     *,
     bounded: bool = False,
 ) -> Check:
-    """Check for one kind of misspecification.
+    """Return the check for one kind of misspecification, which fails where one was found.
 
     Parameters
     ----------
     found : sequence of Misspecification
-        Of any kind.
+        Misspecifications of any kind.
     name : {"missing terms", "recorded signals", "outliers"}
         A missing term or a parameter that changes; a recorded signal that is late or scaled
         wrongly; or a single measured sample that is an outlier.
@@ -304,7 +322,7 @@ def _finding_of(
     *,
     bounded: bool,
 ) -> MissingTerms | RecordedSignals | Outliers:
-    """Return the finding of a check of one kind of misspecification."""
+    """Return the finding of the check `name`, with its misspecifications `own`."""
     if name == "missing terms":
         return _missing_terms(own, axis, record)
     found = [misspecification_finding(lack, axis, record) for lack in own]
@@ -318,14 +336,17 @@ def _finding_of(
 def _missing_terms(
     lacking: Sequence[Misspecification], axis: GeneratedAxis, record: Record
 ) -> MissingTerms:
-    """Return the missing terms among misspecifications of any kind."""
+    """Return the finding of the missing terms and changed parameters among misspecifications."""
     found = [misspecification_finding(lack, axis, record) for lack in lacking]
     terms = [each for each in found if isinstance(each, MissingTerm | ChangedParameter)]
     return MissingTerms(found=tuple(terms))
 
 
 def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | None:
-    """Check how much of the residual repeats with the motion, and is therefore systematic."""
+    """Return the check of the part of the residual that repeats with the motion; at most a note.
+
+    None where the split of the residual, `found`, is None.
+    """
     if found is None:
         return None
     coordinate = preferred.form.axis.coordinate
@@ -354,6 +375,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
 
 
 def _nature_of_residual(found: LackOfFit) -> Literal["systematic", "steps", "small", "none"]:
+    """Return the nature of the residual by its repeating part, see `ResidualAtRepeats`."""
     if found.is_mostly_model:
         return "systematic"
     if not found.is_there:
@@ -364,11 +386,15 @@ def _nature_of_residual(found: LackOfFit) -> Literal["systematic", "steps", "sma
 def simulation_error_check(
     preferred: Estimate, rest: float, *, misspecified: bool = False
 ) -> Check | Missing:
-    """Check the simulation error of an estimate.
+    """Return the check of the simulation error of an estimate.
+
+    If no loop was simulated, the check fails where the estimate is the reason. It is Missing where
+    the reason is another one, such as no control law or no reference.
 
     Parameters
     ----------
     preferred : Estimate
+        The reported estimate.
     rest : float
         Part of the record's samples at which the axis rests.
     misspecified : bool

@@ -60,8 +60,9 @@ class RepeatedSamples(Finding):
 def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
     """Return masks of the samples of each record that are in the other, (N,) and (M,).
 
-    Samples are common if nearly every row that occurs once, between the first and the last common
-    row of one record, is in both records. None where there are no common samples.
+    None where there are no common samples. Rows that occur once in each of the two records are
+    matched. The samples between the first and the last matched row are common only if, in one of
+    the records, nearly all rows between that occur once are matched.
     """
     written = [each.sampled or each for each in (one, other)]
     if (rows := _measured(*written)) is None:
@@ -127,10 +128,11 @@ def _time_span(record: Record, chosen: NDArray[np.bool_]) -> tuple[float, float]
 
 @np.errstate(all="ignore")
 def _measured(*records: Record) -> list[NDArray[np.void]] | None:
-    """Return the rows of measured columns of two records as bytes; None without such columns.
+    """Return the rows of the columns that both records measured, as bytes, for each record.
 
-    A reference is not a measured column, because it is the same in every run. A position with few
-    steps may be the same as well.
+    The columns are those of motion, control and force. None without a control or a force and
+    another column: a position with few steps may be the same in two runs. A reference is not
+    compared, because it is the same in every run.
     """
     columns = [record.channels() for record in records]
     both = [

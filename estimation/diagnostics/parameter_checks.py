@@ -133,6 +133,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     physical : (p,) array
         An estimate.
     """
+    # Unweighted rows of all records together, and of each record.
     form = problem.form(InverseForm).at(physical)
     each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
     equations = replace(problem, weights=()).reduced(form, [data.signals for data in problem.data])
@@ -148,11 +149,13 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     )
     # Columns of the joint form that each column of a record is part of.
     mixed = [form.record_jacobian(i) != 0 for i in range(len(problem.data))]
+    # Largest part of the force of each parameter along the record, and typical magnitudes.
     theta, names = form.regressed(physical), [q.name for q in form.quantities]
     anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
     if reach is not None:
         anywhere = np.abs(theta) * reach.columns / reach.force
         natural = typical_magnitudes(problem.axis, reach, form.declared)
+    # Signals that each column depends on, and records in which the axis hardly accelerates.
     of_records = [columns_by_signal(data.axis) for data in problem.data]
     needs = {
         signal: np.any([own[signal] @ m for own, m in zip(of_records, mixed, strict=True)], axis=0)
@@ -163,6 +166,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
         _inertial_share(form, i, data, own, theta) < _MIN_ACCELERATION_SHARE
         for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
     ]
+    # Excitation of each column: its size, the columns that it repeats, and lacking signals.
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
     shares = np.abs(theta) * size / np.linalg.norm(equations.left)
@@ -191,9 +195,22 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
 def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
     """Return the variance inflation of a column, the columns that it repeats, and its rows.
 
-    The repeated columns are given where the inflation is large. The equivalent number of rows is
-    that of the part of the column that is orthogonal to the others: the inverse of the sum of the
-    squared row weights.
+    Parameters
+    ----------
+    unit : (n, k) array
+        Columns of norm 1.
+    j : int
+        Index of the column.
+
+    Returns
+    -------
+    float
+        Variance inflation factor; infinite for a column that the others span.
+    list of int
+        Indices of the columns that it nearly repeats; empty where the inflation is small.
+    float
+        Equivalent number of rows of the part of the column that is orthogonal to the others: the
+        inverse of the sum of the squared row weights.
     """
     others = [i for i in range(unit.shape[1]) if i != j]
     weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
@@ -210,9 +227,27 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
 def _inertial_share(
     form: Form, record: int, data: FilteredRecord, moving_rows: Equations, theta: Array
 ) -> float:
-    """Return the norm of the accelerating force, with known terms, relative to the model's."""
+    """Return the norm of the accelerating force of a record relative to that of the whole force.
+
+    Both are forces of the model in the rows, with its known terms. The accelerating force is the
+    change of the force if the acceleration were 0.
+
+    Parameters
+    ----------
+    form : Form
+        Form of all records.
+    record : int
+        Index of the record.
+    data : FilteredRecord
+        The record.
+    moving_rows : Equations
+        Its equations along the motion.
+    theta : (k,) array
+        Regression parameters of all records.
+    """
 
     def force(rows: Equations) -> Array:
+        """Return the force of the model in the samples of the rows."""
         intercept, columns = form.placed(record, rows.intercept, rows.regressor)
         return (intercept + columns @ theta)[data.sampling.kept]
 
@@ -228,6 +263,23 @@ def _lacking(
     needs: dict[str, NDArray[np.bool_]],
     columns: Sequence[int],
 ) -> tuple[str, ...]:
+    """Return the signals that a motion does not excite, as clauses; empty if nothing is missing.
+
+    Only signals that the given columns depend on are named.
+
+    Parameters
+    ----------
+    signals : Signals
+        The motion.
+    X : (n, k) array
+        Regressor without the weights of the rows.
+    slow : bool
+        Whether the axis hardly accelerates.
+    needs : dict of str to (k,) array of bool
+        For each signal, True for the columns that depend on it.
+    columns : sequence of int
+        Indices of the columns.
+    """
     needed = {signal for signal, of in needs.items() if of[[*columns]].any()}
     placed = [X[:, j] for j in columns if needs["position"][j] and not needs["acceleration"][j]]
     still = any(np.ptp(x) < _MIN_POSITION_VARIATION * np.abs(x).max() for x in placed)
@@ -272,7 +324,11 @@ def rows_check(rows: int, parameters: int, samples_per_row: int | None = None) -
 
 
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
-    """Compare every parameter with its standard error, and give reasons for imprecise ones."""
+    """Return the check of every parameter against its standard error, with reasons.
+
+    The reason why a parameter is imprecise is from its `excitation`. Parameters that are known to
+    be negligible do not count.
+    """
     values, relative = estimate.parameters, dict[str, float]()
     for s in excitation:
         value = values[s.name]
@@ -285,7 +341,8 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
     unidentified = [s for s in vague if s not in small]
     others = [relative[s.name] for s in excitation if s not in small]
     finding = Precision(
-        largest_percent=finite(max(others, default=0.0)),
+        largest_percent=finite(max(others)) if others else None,
+        has_others=bool(others),
         negligible=tuple(relative_error(s.name, relative[s.name]) for s in small),
         unidentified=_by_reason(unidentified, relative),
     )
@@ -309,6 +366,7 @@ def _by_reason(
     Parameters
     ----------
     unidentified : iterable of Excitation
+        Excitation of the imprecise parameters.
     relative : mapping of str to float
         Relative standard errors by name, %.
     """
@@ -328,16 +386,17 @@ def _by_reason(
 
 
 def precision_check(worst: float, finding: Finding, source: str, *, passed: bool) -> Check:
-    """Return the check of parameters against their standard errors.
+    """Return the check *precision* with a given finding.
 
     Parameters
     ----------
     worst : float
-        Largest relative standard error, %.
+        Largest relative standard error, %, which is the figure of the check.
     finding : Finding
     source : str
-        Definition of the figure.
+        Definition of the figure and of its threshold, as text.
     passed : bool
+        Whether the check passes; it fails otherwise.
     """
     return Check(
         name="precision",
@@ -350,10 +409,11 @@ def precision_check(worst: float, finding: Finding, source: str, *, passed: bool
 
 
 def _is_nothing(excitation: Excitation, value: Value) -> bool:
-    """Return True for a parameter that is known to be small, because the record would show it.
+    """Return True for a parameter that is known to be negligible.
 
-    A term that does not act in the rows, or in this motion, has a small force there whatever its
-    value is.
+    Its part of the force, with two standard errors, must be small in the rows and along the record,
+    and its value small for its unit. A parameter whose column repeats others or is not excited is
+    not known: it has a small force in this motion whatever its value is.
     """
     if excitation.alike or excitation.lacking or not value.value:
         return False
@@ -373,7 +433,11 @@ def within_bounds(
     *,
     explained_by_others: bool = False,
 ) -> Check | Missing:
-    """Compare every parameter, physical ones too, with its declared bounds.
+    """Return the check of every parameter against its declared bounds.
+
+    Physical parameters that follow from base parameters and known values are compared too. If only
+    parameters fixed at a bound are to be reported, the check is that of `at_bound_check`. Missing
+    if no parameter has bounds.
 
     Parameters
     ----------
@@ -429,6 +493,7 @@ def _reaches_within(parameter: Parameter, value: Value) -> bool:
 
 
 def _outside(parameter: Parameter, value: Value) -> OutsideBounds:
+    """Return the finding of a parameter beyond its bounds, with its value minus the bias."""
     return OutsideBounds(
         name=parameter.name,
         unit=parameter.unit,
@@ -442,10 +507,13 @@ def _outside(parameter: Parameter, value: Value) -> OutsideBounds:
 def at_bound_check(held: Sequence[ParameterAtBound], rest: float = 0.0) -> Check:
     """Return the check of parameters that are fixed at their bounds.
 
+    It fails if a free estimate is farther beyond its bound than `MIN_DISTANCE_FROM_NOISE` standard
+    errors; otherwise it is a note.
+
     Parameters
     ----------
     held : sequence of ParameterAtBound
-        At least one.
+        The fixed parameters, at least one.
     rest : float
         Part of the rows in which the axis rests.
     """
@@ -472,7 +540,12 @@ def at_bound_check(held: Sequence[ParameterAtBound], rest: float = 0.0) -> Check
 
 
 def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check | Missing | None:
-    """Test whether the record contradicts the fixed values; None where nothing can be tested."""
+    """Return the check of fixed values against the record, by Hotelling's test.
+
+    It fails where the record contradicts the values at the given significance level. None where no
+    value is fixed and no physical parameter is restricted. Missing where the record alone does not
+    determine the fixed values.
+    """
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is None or not (physical.known or physical.dof):
         return None
@@ -501,7 +574,10 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
 
 
 def _fixed_value(parameter: Parameter, estimate: Estimate) -> FixedValue:
-    """Return a known parameter with its estimate from the record alone."""
+    """Return the finding of a fixed parameter, with its estimate from the record alone.
+
+    That estimate is None where the record alone does not determine the parameter.
+    """
     of_record = standard_error = None
     if alone := estimate.parameters.get(parameter.name):
         of_record = float(alone.corrected)
@@ -566,9 +642,10 @@ def nominal_check(
 
 
 def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
-    """Compare the identified drive gain with the declared one; None where none is identified.
+    """Return the check of the identified drive gain against the declared one.
 
-    The parameters are relative to the identified gain in either case.
+    None where no gain is identified. The parameters are relative to the identified gain whatever
+    the result of the check is.
     """
     if GAIN not in estimate.parameters:
         return None

@@ -33,7 +33,7 @@ class RelativeError:
     ----------
     name : str
     percent : float or None
-        Of the value; None where the value is 0.
+        Standard error in percent of the value; None where the value is 0.
     """
 
     name: str
@@ -86,7 +86,9 @@ class Precision(Finding):
     ----------
     largest_percent : float or None
         Largest relative standard error of parameters that are not negligible; None if one of them
-        has the value 0.
+        has the value 0, or there is none.
+    has_others : bool
+        True if there are parameters that are not negligible.
     negligible : tuple of RelativeError
         Parameters that cannot be distinguished from 0 and make less than 1 % of the force.
     unidentified : tuple of Unidentified
@@ -94,6 +96,7 @@ class Precision(Finding):
     """
 
     largest_percent: float | None
+    has_others: bool
     negligible: tuple[RelativeError, ...]
     unidentified: tuple[Unidentified, ...]
 
@@ -138,7 +141,7 @@ class WithinBounds(Finding):
     Attributes
     ----------
     parameters : tuple of str
-        Names of those with bounds.
+        Names of the parameters with bounds.
     """
 
     parameters: tuple[str, ...]
@@ -172,7 +175,7 @@ class FixedAtBounds(Finding):
     distance : float
         Distance of the farthest free value beyond its bound, in standard errors.
     advice : str or None
-        Likely cause to check, of `BoundsAdvice`, if the distance is more than chance.
+        Likely cause to check, of `BoundsAdvice`; None if the distance is within chance.
     rest : RestingAxis or None
         Rests of the axis, where these are the cause.
     """
@@ -193,7 +196,8 @@ class FixedValue:
     value, standard_error : float
         SI; the standard error is 0 for an exact value.
     of_record, standard_error_of_record : float or None
-        As estimated from the record alone, SI; None where the record does not determine it.
+        Estimate from the record alone, and its standard error, SI; None where the record does not
+        determine the value.
     """
 
     name: str
@@ -266,11 +270,13 @@ class IdentifiedGain(Finding):
     Attributes
     ----------
     identified, standard_error, declared : float
+        Identified gain with its standard error, and declared gain, in `unit`.
     unit : str
     distance : float or None
         Distance of the two, in standard errors of their difference; None where these are 0.
     agreement : {"same", "near", "far"}
-        Far means a factor of 2 or more, or the other sign.
+        ``same`` within the standard errors; ``far`` for a factor of 2 or more, or the other sign;
+        otherwise ``near``.
     """
 
     identified: float

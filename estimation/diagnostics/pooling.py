@@ -84,9 +84,9 @@ class RecordRegressor:
         return int(np.count_nonzero(self.instruments.any(axis=1))) // self.every
 
 
-#: Solution of the common estimate with further columns and their instruments, (N, q) each: the
-#: change of the common parameters and the added parameters, (m,), and their covariance, (m, m), and
-#: degrees of freedom, (m,).
+#: Function that solves the common estimate again with q further columns and their instruments,
+#: (N, q) each. It returns the changes of the common parameters followed by the q added parameters,
+#: (m,), their covariance, (m, m), and its degrees of freedom, (m,).
 Solved = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
@@ -189,7 +189,7 @@ def difference_of(
     effects : (n, q) array
         Effect of the difference of each parameter on the output, relative to its size.
     untold : sequence of str
-        As in `RecordDifference`.
+        Parameters that the record alone does not identify.
     """
     q, square = len(difference), wald(difference, covariance)[0]
     return RecordDifference(
@@ -232,9 +232,10 @@ class PoolingTest:
 def pooling_test(
     problem: Problem, estimate: Estimate, levels: Levels = DEFAULT_LEVELS
 ) -> PoolingTest | Missing:
-    """Compare each record with the others, by the rows of the common estimate.
+    """Return the test of each record against the others, by the rows of the common estimate.
 
-    The covariance is that of simulated replicas, or HAC where there are too few.
+    The covariance is that of simulated replicas, or HAC where there are too few. Missing for a
+    direct model, and with a robust loss.
     """
     if estimate.is_direct:
         return Missing(
@@ -250,6 +251,7 @@ def pooling_test(
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
 
     def extended(columns: Array, instruments: Array) -> tuple[Array, Array, Array]:
+        """Solve the common estimate again with further columns, see `Solved`."""
         names = [
             *(q.label for q in estimate.form.quantities),
             *["a record's own"] * columns.shape[1],
@@ -291,7 +293,7 @@ def covariance_of_twins(moved: Array, columns: int) -> CovarianceEstimate | None
     Parameters
     ----------
     moved : (m, R) array
-        Errors of the estimates.
+        Errors of the m estimated parameters in each replica.
     columns : int
         Number of parameters that are tested for zero.
     """
@@ -309,12 +311,12 @@ def pooling_test_of(
     extended: Solved,
     levels: Levels = DEFAULT_LEVELS,
 ) -> PoolingTest | Missing:
-    """Compare each record with the others.
+    """Return the test of each record against the others; Missing where no record can be tested.
 
     Parameters
     ----------
     instruments : (N, k) array
-        Of the common parameters, to which the residuals are orthogonal.
+        Instruments of the common parameters, to which the residuals are orthogonal.
     records : sequence of RecordRegressor
     extended : callable
         Solves the common estimate again, see `Solved`.
@@ -348,7 +350,7 @@ def pooling_check(
     ----------
     found : PoolingTest
     names : sequence of str
-        Of the records.
+        Names of the records.
     levels : Levels
     output : str
         Quantity that the estimate explains: ``force``, or ``output`` for a fit.
@@ -380,7 +382,7 @@ def pooling_check(
 
 
 def _odd_record(found: PoolingTest, names: Sequence[str], levels: Levels) -> OddRecord | None:
-    """Return the record that differs most; None where all agree within chance."""
+    """Return the finding of the record that differs most; None where all agree within chance."""
     if found.odd is None:
         return None
     odd = found.records[found.odd]
@@ -395,7 +397,7 @@ def _odd_record(found: PoolingTest, names: Sequence[str], levels: Levels) -> Odd
 
 
 def _unidentified(found: PoolingTest, names: Sequence[str]) -> tuple[UnidentifiedInRecord, ...]:
-    """Return the parameters that single records do not identify."""
+    """Return the parameters that single records do not identify, for each such record."""
     unidentified = list[UnidentifiedInRecord]()
     for name, each in zip(names, found.records, strict=True):
         if isinstance(each, Missing):
@@ -408,7 +410,19 @@ def _unidentified(found: PoolingTest, names: Sequence[str]) -> tuple[Unidentifie
 def _tested(
     base: Array, records: Sequence[RecordRegressor], extended: Solved, number: int
 ) -> RecordDifference | Missing:
-    """Return the difference of a record from the others, or the reason why it is unknown."""
+    """Return the difference of a record from the others, or the reason why it is unknown.
+
+    Parameters
+    ----------
+    base : (N, k) array
+        Instruments of the common parameters.
+    records : sequence of RecordRegressor
+    extended : callable
+        Solves the common estimate again, see `Solved`.
+    number : int
+        Index of the record.
+    """
+    # Columns of the record that it identifies alone, and that the other records share.
     record = records[number]
     around = (record.span.start, len(base) - record.span.stop), (0, 0)
     X, Z = (np.pad(each, around) for each in (record.columns, record.instruments))
@@ -443,7 +457,10 @@ def _tested(
 
 
 def _independent(columns: Array, others: Array) -> list[int]:
-    """Return the columns that neither the others nor the columns before them span."""
+    """Return the indices of the columns, (n, p), that are linearly independent.
+
+    A column is left out if the `others`, (n, k), and the columns before it span it.
+    """
     every = np.hstack([others, columns])
     sizes = np.linalg.norm(every, axis=0)
     own = np.diag(np.linalg.qr(every / np.where(sizes > 0, sizes, 1.0), mode="r"))

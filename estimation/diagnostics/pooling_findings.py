@@ -75,10 +75,10 @@ class ComparedRecords(Finding):
     odd : OddRecord or None
         None where all records agree within chance.
     largest_percent : float
-        Largest effect of the parameters of a record alone compared with those of the others, in
-        percent of the output of the record.
+        Largest effect of the difference between the parameters of a record alone and those of the
+        others, in percent of the output of the record (rms).
     least_percent : float
-        Percent of the output, beyond which an effect matters.
+        Effect in percent of the output, above which a significant difference matters.
     output : str
         ``force``, or ``output`` for a fit.
     unidentified : tuple of UnidentifiedInRecord

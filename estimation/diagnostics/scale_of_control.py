@@ -35,7 +35,7 @@ class ControlScaleMoves(Finding):
     change : float
         Change of the parameter by that factor.
     unit : str
-        Of the parameter.
+        Unit of the parameter.
     standard_errors : float
         The change relative to the standard error of the parameter and of the change.
     """
@@ -49,7 +49,11 @@ class ControlScaleMoves(Finding):
 
 
 def control_law_check(case: DiagnosticInputs) -> Check | Missing:
-    """Compare the declared law with the recorded control, by residual and effect of its scale."""
+    """Return the check of the declared law against the recorded control.
+
+    It fails where the control does not follow the law, or where a wrong scale of the control that
+    the record does not exclude moves a parameter too far. Missing where the law cannot be compared.
+    """
     law = case.law
     check = case.if_used(law_check(law))
     if isinstance(check, Missing) or isinstance(law, Missing) or check.status == "fail":
@@ -58,7 +62,17 @@ def control_law_check(case: DiagnosticInputs) -> Check | Missing:
 
 
 def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreement) -> Check:
-    """Return a failed check where the scale of the control moves a parameter too far."""
+    """Return the check of the law; failed where the scale of the control moves a parameter too far.
+
+    Parameters
+    ----------
+    check : Check
+        Check of the law, which has not failed.
+    case : DiagnosticInputs
+    law : LawAgreement
+        Comparison of the law with the record.
+    """
+    # Scale of the control by the comparison, if it is a plausible explanation.
     shown = [each for each in law.plausible if each.kind[0] == SCALE]
     whole = case.whole or case
     joint = whole.problem.joint_form
@@ -73,6 +87,7 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
         share = min(share + (shown[0].left_percent / 100) ** 2, 0.0)
     if abs(share) <= MIN_DISTANCE_FROM_NOISE.value * deviation:
         return check
+    # Change of each parameter by the scale, in standard errors of the parameter and of the change.
     judged = whole.preferred.parameters
     shifts: dict[str, float] = {}
     moves = dict(zip(judged, _moved_by_scale(case, share).tolist(), strict=True))

@@ -35,7 +35,7 @@ class SuddenStep:
     Attributes
     ----------
     place : int
-        The sample before the step.
+        Index of the sample before the step.
     size : float
         Change of the position in the step, m or rad.
     motion : float
@@ -93,14 +93,15 @@ class SuddenSteps(Finding):
     Attributes
     ----------
     number : int
+        Number of sudden steps.
     size : float or None
         Change of the position in the largest step, in `unit`; None without a step.
     unit : str
-        Of the position.
+        Unit of the position.
     seconds : float or None
         Time of the largest step in the log; None without a step.
     cause : str or None
-        As in `SuddenStep`; None without a step.
+        Most likely cause of the largest step, see `SuddenStep.cause`; None without a step.
     held : int
         Sample periods directly before the largest step in which the position stood still.
     is_in_reference : bool
@@ -117,7 +118,10 @@ class SuddenSteps(Finding):
 
 
 def sudden_steps(record: Record) -> list[SuddenStep]:
-    """Return the sudden steps of a recorded position between samples that are not masked."""
+    """Return the sudden steps of a recorded position between samples that are not masked.
+
+    A step counts only if the position is in motion in the steps after it, or before it.
+    """
     spans = _unmasked_spans(record)
     asked: set[int] = set()
     if record.reference is not None:
@@ -152,14 +156,17 @@ def sudden_steps(record: Record) -> list[SuddenStep]:
 
 
 def _unmasked_spans(record: Record) -> list[tuple[int, int]]:
-    """Return the pieces of a record between gaps and masked samples."""
+    """Return the pieces of a record between gaps and masked samples.
+
+    A piece is the pair of its first sample and the one after its last.
+    """
     kept = ~mask_of(record.masked, len(record))
     pieces = [piece for start, stop in record.spans for piece in runs(kept[start:stop], start)]
     return pieces or list(record.spans)
 
 
 def _mean_motion(steps: Array) -> float:
-    """Return the mean of some steps if most have one direction; 0 where the position rests."""
+    """Return the mean of some steps of the position, m or rad; 0 unless most have one direction."""
     surplus = abs(float(np.sign(steps).sum()))
     if surplus < _LEAST_SURPLUS:
         return 0.0
@@ -167,7 +174,7 @@ def _mean_motion(steps: Array) -> float:
 
 
 def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
-    """Check that the recorded position has no sudden step.
+    """Return the check that the recorded position has no sudden step.
 
     None for a record whose position was integrated from its velocity.
     """
@@ -187,6 +194,7 @@ def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
 
 
 def _finding_of(found: list[SuddenStep], record: Record, unit: str) -> SuddenSteps:
+    """Return the finding of sudden steps, with the largest of them."""
     if not found:
         return SuddenSteps(number=0, unit=unit)
     largest = max(found, key=_size)
@@ -202,4 +210,5 @@ def _finding_of(found: list[SuddenStep], record: Record, unit: str) -> SuddenSte
 
 
 def _size(step: SuddenStep) -> float:
+    """Return the absolute change of the position in a step, m or rad."""
     return abs(step.size)

@@ -59,8 +59,9 @@ class Iterate(Exact):
     Attributes
     ----------
     physical : (p,) array
+        Physical parameters.
     theta : (k,) array
-        In the regression's own parameters.
+        The regression's own parameters.
     simulation_error_percent : float
         Simulation error of the loop with this iterate.
     """
@@ -121,6 +122,8 @@ class Inference(Exact):
 
 
 class _HasDistribution(Protocol):
+    """Members that the properties of `EstimateFacts` need from the class that inherits them."""
+
     @property
     def method(self) -> str: ...
     @property
@@ -131,9 +134,9 @@ class _HasDistribution(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class EstimateFacts:
-    """An estimate without its rows, as it is also read from a file.
+    """Members of an estimate that do not need its rows; also those of an estimate from a file.
 
-    Its members are those of an `Estimate`.
+    The fields are described in `Estimate`.
     """
 
     method: str
@@ -151,10 +154,11 @@ class EstimateFacts:
     gain_relative_sd: float = 0.0
 
     def __repr__(self: _HasDistribution) -> str:
+        """Return the method, and every parameter with its standard error, on one line."""
         return f"{self.method}: {self.parameters.listed()}"
 
     def __getitem__(self: _HasDistribution, name: str) -> Value:
-        """Return one of `parameters`."""
+        """Return the physical parameter of that name, with unit, standard errors and interval."""
         return self.parameters[name]
 
     @property
@@ -164,22 +168,28 @@ class EstimateFacts:
 
     @property
     def by_output_error(self) -> bool:
-        """True if the regressor is that of the simulated loop, and has no noise."""
+        """True for an output-error method (DIDIM), whose regressor is simulated without noise."""
         return is_output_error(self.method)
 
     @property
     def filter_bias(self: _HasDistribution) -> Array | None:
-        """Bias of the physical parameters by filter and noise, (p,), where replicas show it."""
+        """Bias of the physical parameters by filter and noise, (p,).
+
+        It is found with simulated replicas of the record; None without replicas.
+        """
         return self.distribution.bias
 
     @property
     def corrected(self: _HasDistribution) -> Array:
-        """Physical parameters minus the bias, where it is known, (p,)."""
+        """Physical parameters minus `filter_bias`, (p,); not corrected where the bias is None."""
         return self.distribution.corrected
 
     @property
     def covariance(self: _HasDistribution) -> Array:
-        """The chosen covariance of the physical parameters, (p, p), of the printed errors."""
+        """Covariance of the physical parameters, (p, p), by the estimator named in `chosen`.
+
+        The printed standard errors and intervals are from this covariance.
+        """
         return self.distribution.covariances[self.distribution.chosen]
 
 
@@ -276,11 +286,14 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def inference(self) -> Inference:
-        """Bias and covariances of the estimate, computed on first request."""
+        """Bias, covariances and gain slopes of the estimate, computed on first request."""
         return self.deferred.value
 
     def with_inference(self, **changed: Any) -> "Estimate":
-        """Return the estimate with other covariances, bias or slopes."""
+        """Return the estimate with some members of its `inference` replaced.
+
+        The keywords are names of members of `Inference`, with their new values.
+        """
         return replace(self, deferred=Deferred.of(replace(self.inference, **changed)))
 
     @property
@@ -295,22 +308,29 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def covariance_names(self) -> Mapping[str, str]:
-        """Notes on each covariance as text."""
+        """Notes on each covariance as text, by name of the covariance."""
         return {name: view_of("covariance_name", n) for name, n in self.covariance_notes.items()}
 
     @property
     def ddm_covariances(self) -> Mapping[str, Array]:
-        """Covariances of the direct model's parameters, (m, m); empty for an inverse model."""
+        """Covariances of the direct model's parameters, (m, m) each, by name.
+
+        Empty for an inverse model.
+        """
         return self.inference.ddm_covariances
 
     @property
     def freedom(self) -> Mapping[str, Array]:
-        """Degrees of freedom of the variances in `covariances`, (p,)."""
+        """Degrees of freedom of the variances in `covariances`, (p,) each, by the same names."""
         return self.inference.freedom
 
     @property
     def net_residuals(self) -> Array:
-        """Residuals minus those of the noise-free loop, or the mean of the replicas', (n,)."""
+        """Residuals minus the errors of the filter, (n,), in the unit of the left side.
+
+        The errors of the filter are `Inference.noise_free`; where that is None, the residuals are
+        returned unchanged.
+        """
         quiet = self.inference.noise_free
         return self.residuals if quiet is None else self.residuals - quiet
 
@@ -318,27 +338,32 @@ class Estimate(EstimateFacts, Presentable, Exact):
     def score_columns(self) -> Array:
         """Columns to which the residuals are orthogonal in the solution, (n, k).
 
-        Instruments or regressor, with the weights of the rows.
+        They are the instruments, or the regressor for least squares. Each row is multiplied by its
+        weight under the loss.
         """
         columns = self.X if self.Z is None else self.Z
         return columns if self.counts is None else self.counts.weights[:, None] * columns
 
     @property
     def slope_columns(self) -> Array:
-        """Instruments or regressor, with weights by the derivative of the loss, (n, k)."""
+        """Columns that give the sensitivity of the scores to the parameters, (n, k).
+
+        They are the instruments, or the regressor for least squares. Each row is multiplied by the
+        derivative ``psi'`` of its loss function.
+        """
         columns = self.X if self.Z is None else self.Z
         return columns if self.counts is None else self.counts.slopes[:, None] * columns
 
     @property
     def light_rows(self) -> Array:
-        """Rows with a weight of less than one half, (n,)."""
+        """True for each row, (n,), with a weight of less than one half under the loss."""
         if self.counts is None:
             return np.zeros(len(self.y), dtype=bool)
         return np.asarray(self.counts.weights < LIGHT_ROW.value)
 
     @property
     def theta_ddm(self) -> Array:
-        """Parameters of the direct model, (m,); empty for an inverse model."""
+        """Regression parameters of the direct model, (m,); empty for an inverse model."""
         return self.theta[: len(self.ddm_quantities)]
 
     @property
@@ -348,7 +373,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def distribution(self) -> SamplingDistribution:
-        """Sampling distribution of the physical parameters."""
+        """Sampling distribution of the physical parameters, with bias and effect of the gain."""
         by_gain = self.inference.gain_slopes
         return SamplingDistribution(
             quantities=self.quantities,
@@ -362,12 +387,15 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def parameters(self) -> NamedValues:
-        """Physical parameters by name."""
+        """Physical parameters by name, with units, standard errors and intervals."""
         return self.distribution.values
 
     @property
     def ddm_parameters(self) -> NamedValues:
-        """Parameters of the direct model by name; empty for an inverse model."""
+        """Parameters of the direct model by name, with units, standard errors and intervals.
+
+        Empty for an inverse model.
+        """
         bias, by_gain = None, self.inference.theta_gain_slopes
         if self.ddm_quantities and self.filter_bias is not None:
             bias = self.theta_ddm - self.form.regressed(self.corrected)
@@ -393,7 +421,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Returns
         -------
         Value
-            By the delta method, under every covariance.
+            Value of the function, with standard errors by the delta method for every covariance.
 
         Raises
         ------
@@ -411,7 +439,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def curvatures(self) -> Array:
-        """Return the second-order part of each standard error over the first-order part, (p,).
+        """Second-order part of each parameter's standard error relative to its first order, (p,).
 
         Zero where the regression is in the physical parameters themselves; the delta method is
         enough up to about 0.1.
@@ -438,8 +466,9 @@ class Estimate(EstimateFacts, Presentable, Exact):
         function : str or SymPy expression
             As in `derive`; the name of a parameter for its own distribution.
         draws, seed : int
+            Number of draws, and seed of the random numbers.
         covariance : {"hac", "robust", "iid"}, optional
-            The chosen one by default.
+            Covariance that the draws are from; that of `chosen` by default.
 
         Raises
         ------
@@ -470,16 +499,20 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def residual_tests(self) -> ResidualTests:
-        """Return tests of the net residuals."""
+        """Tests of the net residuals, multiplied by the weights of their records."""
         return residual_tests(self.weights * self.net_residuals, neighbours=self.neighbours)
 
     @property
     def _curvature(self) -> Callable[[Array, Array], float]:
+        """Function of gradient, (p,), and Hessian, (p, p), of a function of the parameters.
+
+        It returns the second-order part of that function's standard error relative to the first.
+        """
         of_theta = self._of_theta(self.chosen)
         return partial(curvature, *scaled_gradients_and_hessians(self.form, self.theta, of_theta))
 
     def _of_theta(self, name: str) -> Array:
-        """Return the covariance of the regression's own parameters."""
+        """Return the covariance of that name for the regression's own parameters, (k, k)."""
         if self.is_direct:
             return self.ddm_covariances[name]
         inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)

@@ -25,7 +25,11 @@ COVARIANCES: dict[str, CovarianceRow] = {row.name: row for row in COVARIANCE_ROW
 
 
 def covariance_of(name: str, lags: int | None) -> Covariance:
-    """Return the covariance of a name; None for lags lets the data choose them."""
+    """Return the covariance estimator of a name in `COVARIANCES`.
+
+    `lags` are those of an autocorrelation-consistent covariance; with None, they are chosen from
+    the data. Other covariances ignore them.
+    """
     row = COVARIANCES[name]
     made: Callable[..., Covariance] = resolve_name(row.covariance)
     return made(lags) if row.takes_lags else made()
@@ -69,9 +73,11 @@ class Value:
     chosen: str = "hac"
 
     def __post_init__(self) -> None:
+        """Make the mapping of standard errors read-only."""
         object.__setattr__(self, "deviations", FrozenMapping(self.deviations))
 
     def __str__(self) -> str:
+        """Return value, standard error, unit and 95 % interval on one line."""
         # The centre of the interval first, as on the screen.
         biased = f" ({self.value:.6g} with bias)" * self.is_shifted
         return (
@@ -106,7 +112,10 @@ class Value:
 
     @property
     def shift(self) -> float:
-        """Bias of filter and noise in standard errors; infinite where these are 0."""
+        """Size of the bias by filter and noise, in standard errors of the value.
+
+        0 without a known bias; infinite where the standard error is 0.
+        """
         if not self.filter_bias:
             return 0.0
         return abs(self.filter_bias) / self.deviation if self.deviation > 0 else np.inf
@@ -131,6 +140,7 @@ class NamedValues(dict[str, Value]):
     """Values by name; an unknown name is refused with the known ones."""
 
     def __getitem__(self, name: str) -> Value:
+        """Return the value of that name; UsageError for an unknown name."""
         if not is_among(name, self):
             raise UsageError(
                 f"there is no {quoted(name)}. Choose from {', '.join(self)}.", code="result"
@@ -150,7 +160,11 @@ def student_interval(centre: float, deviation: float, freedom: float) -> tuple[f
 
 
 def degrees_of_freedom_of(value: Value) -> float:
-    """Return the degrees of freedom of Student's distribution that an interval implies."""
+    """Return the degrees of freedom of Student's distribution that a value's interval implies.
+
+    They follow from the half width of the interval in standard errors. Infinite where the standard
+    error is 0 or not finite.
+    """
     low, high = value.interval
     if not 0 < value.deviation < np.inf:
         return np.inf
@@ -202,10 +216,11 @@ class SamplingDistribution(Exact):
 
     @property
     def values(self) -> NamedValues:
-        """Parameters by name."""
+        """Parameters by name, with units, standard errors, intervals and bias."""
         return NamedValues((q.name, self._value(i, q.unit)) for i, q in enumerate(self.quantities))
 
     def _value(self, i: int, unit: str) -> Value:
+        """Return parameter `i` with its unit, standard errors, interval and bias."""
         # Rounding may make a zero variance slightly negative.
         deviations = {
             name: float(np.sqrt(max(c[i, i], 0.0))) for name, c in self.covariances.items()
@@ -224,16 +239,16 @@ class SamplingDistribution(Exact):
     def through(
         self, quantities: tuple[Quantity, ...], theta: Array, slopes: Array
     ) -> "SamplingDistribution":
-        """Return the distribution of functions of the parameters, to first order.
+        """Return the sampling distribution of r functions of the parameters, to first order.
 
         Parameters
         ----------
         quantities : tuple of Quantity
-            Length r.
+            Names and units of the functions, length r.
         theta : (r,) array
-            Their values.
+            Values of the functions at the estimate.
         slopes : (r, p) array
-            Their derivatives by the parameters.
+            Derivatives of the functions by the parameters.
         """
         used = np.any(slopes != 0, axis=0)
         used = np.outer(used, used)
@@ -254,12 +269,12 @@ class SamplingDistribution(Exact):
         )
 
     def curvature(self, gradient: Array, hessian: Array) -> float:
-        """Return the second-order part of a function's standard error over the first.
+        """Return the second-order part of a function's standard error, relative to the first.
 
         Parameters
         ----------
         gradient, hessian : (p,) and (p, p) arrays
-            Of the function by the parameters.
+            First and second derivatives of the function by the parameters.
         """
         used = np.flatnonzero((gradient != 0) | hessian.any(axis=0))
         own = np.ix_(used, used)
@@ -272,16 +287,18 @@ class SamplingDistribution(Exact):
         advice: str,
         curvature: Callable[[Array, Array], float] | None = None,
     ) -> Value:
-        """Return a function of the parameters by the delta method, for methods ``derive``.
+        """Return a function of the parameters with standard errors by the delta method.
+
+        Public methods named ``derive`` call this method.
 
         Parameters
         ----------
         function : str or SymPy expression
         advice : str
-            Advice where the function is too nonlinear.
+            Last clause of the warning where the function is too nonlinear for the delta method.
         curvature : callable, optional
-            Replacement of `curvature`, for parameters that are not linear functions of the
-            regression's own parameters.
+            Replacement of the method `curvature`, for parameters that are not linear functions of
+            the regression's own parameters.
 
         Raises
         ------
@@ -291,6 +308,7 @@ class SamplingDistribution(Exact):
         EstimationError
             It has no finite value at the estimate.
         """
+        # The function with its unit, and its value and derivatives at the estimate.
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         value, slopes, bends = read.at([float(x) for x in self.theta])
         gradient, hessian = np.array(slopes), np.array(bends)
@@ -299,6 +317,7 @@ class SamplingDistribution(Exact):
                 f"{function} is not a finite real number with finite derivatives at the estimate; "
                 f"its value is {value:g}."
             )
+        # Refuse parameters at a bound, and warn where a linearisation is not accurate.
         names = [q.name for q, slope in zip(self.quantities, gradient, strict=True) if slope]
         if held := [name for name in names if name in self.at_bound]:
             raise UsageError(
@@ -320,5 +339,9 @@ class SamplingDistribution(Exact):
 
 
 def least_freedom(freedom: Array, slopes: Array) -> Array:
-    """Return degrees of freedom of functions, (r,): the fewest of their parameters."""
+    """Return the degrees of freedom of r functions of p parameters, (r,).
+
+    Those of a function are the smallest `freedom`, (p,), of the parameters that it depends on,
+    which are those with a nonzero derivative in `slopes`, (r, p).
+    """
     return np.asarray(np.min(np.where(slopes != 0, freedom, np.inf), axis=1), dtype=float)

@@ -29,7 +29,9 @@ def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Est
     problem : Problem
         Problem that the estimate was made from.
     record : int
+        Index of the record.
     """
+    # The rows of this record, with the parameters of the whole estimate.
     data, span = problem.data[record], problem.spans[record]
     left, residuals, counts = estimate.y[span], estimate.residuals[span], estimate.counts
     simulated, told = estimate.simulated, estimate.inference
@@ -54,6 +56,7 @@ def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Est
         chains=told.chains[record : record + 1],
         twins_residuals=None if told.twins_residuals is None else told.twins_residuals[span],
     )
+    # If all records share all parameters, only the columns remain to be cut out.
     if not isinstance(estimate.form, JointForm):
         X, Z = estimate.X[span], estimate.Z
         return replace(
@@ -63,7 +66,21 @@ def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Est
 
 
 def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record: int) -> Estimate:
-    """Return a part whose axis has parameters of its own."""
+    """Return the part of one record in the parameters of that record's axis.
+
+    Values and covariances are mapped from the parameters of all records to those of the record.
+    Regressor and instruments are computed again for the record alone.
+
+    Parameters
+    ----------
+    part : Estimate
+        Rows of the record, with the parameters of all records.
+    form : JointForm
+        Map from the parameters of all records to those of each record.
+    problem : Problem
+    record : int
+        Index of the record.
+    """
     data, axis = problem.data[record], problem.data[record].axis
     physical = form.own(part.physical, record)
     # Derivatives of the record's parameters by those of all records.

@@ -40,9 +40,11 @@ _MOST_SIGNS = 8  # parameters of which all combinations of signs are tried
 
 
 def mapped(base: BaseModel, theta: Array) -> tuple[Array, Array]:
-    """Return base parameters (b,) of declared ones (p,), and the Jacobian (b, p).
+    """Return the base parameters, (b,), of declared parameters `theta`, (p,), and their Jacobian.
 
-    ``beta = weights . monomials(theta)``; dimensions as in `BaseModel`.
+    The Jacobian, (b, p), has the derivatives of the base parameters by the declared ones. Each base
+    parameter is a weighted sum of monomials (products of powers) of the declared parameters:
+    ``beta = weights . monomials(theta)``. Powers and weights are those of `BaseModel`.
     """
     powers, weights = (np.array(each, dtype=float) for each in (base.exponents, base.weights))
     slopes = np.empty_like(powers)
@@ -53,22 +55,36 @@ def mapped(base: BaseModel, theta: Array) -> tuple[Array, Array]:
     return weights @ np.prod(theta**powers, axis=1), weights @ slopes
 
 
-#: Declared parameters, (p,), and their squared distance, in standard errors.
+#: End of a descent: declared parameters, (p,), and their squared distance, in standard errors.
 Minimum = tuple[Array, float]
 
 
 class Distance:
-    """Distance of declared parameters from base parameters and fixed values.
+    """Squared distance of declared parameters from an estimate, to be minimised by `minimum`.
+
+    The declared parameters imply base parameters, and are themselves the fixed values. The distance
+    is that of both from the estimated base parameters and the given fixed values, in standard
+    errors.
+
+    Parameters
+    ----------
+    base : BaseModel
+        Base parameters as functions of the declared parameters.
+    beta : (b,) array
+        Estimated base parameters.
+    covariance : (b, b) array
+        Covariance of the estimated base parameters.
 
     Attributes
     ----------
     free : list of int
-        The unknowns among the p declared parameters: those not fixed exactly.
+        Indices of the unknowns among the p declared parameters: those not fixed exactly.
     target : (z,) array
-        Base parameters, then the values fixed with a standard deviation.
+        Estimated base parameters, then the values fixed with a standard deviation.
     """
 
     def __init__(self, base: BaseModel, beta: Array, covariance: Array) -> None:
+        """Set the unknowns, the target and its whitening; see the class for the arguments."""
         self.base, declared = base, base.declared.parameters
         self._exponents = np.array(base.exponents, dtype=float)
         self._known = np.array([p.known is not None for p in declared])
@@ -84,7 +100,11 @@ class Distance:
         self._whiten = self._wider[-1]
 
     def covariance(self, of_beta: Array) -> Array:
-        """Return the covariance of the target, (z, z), from that of the base parameters."""
+        """Return the covariance of `target`, (z, z).
+
+        It is block diagonal: the covariance of the base parameters, `of_beta`, (b, b), and the
+        variances of the values that are fixed with a standard deviation.
+        """
         b, f = len(of_beta), len(self._spread)
         whole = np.zeros((b + f, b + f))
         whole[:b, :b] = of_beta
@@ -92,14 +112,22 @@ class Distance:
         return whole
 
     def minimum(self) -> Minimum:
-        """Return the nearest parameters, inside the bounds if any of them are as near."""
+        """Return the declared parameters with the smallest distance, and that distance.
+
+        Several parameters may have the same distance. The first of them inside the bounds is then
+        returned; the first of all if none is inside.
+        """
         near = self._valleys()
         theta, cost = near[0]
         candidates = [*near, *((other, cost) for other in self._mirrored(theta))]
         return next((each for each in candidates if self._inside(each[0])), near[0])
 
     def others(self, theta: Array) -> list[Array]:
-        """Return further parameters inside the bounds that are as near, each once."""
+        """Return other solutions inside the bounds with the same distance as `theta`, each once.
+
+        These are parameters of other signs, and ends of other descents where the base parameters
+        determine all declared parameters.
+        """
         candidates = [*self._mirrored(theta)]
         if not self.base.undetermined:
             candidates += [other for other, _ in self._valleys()]
@@ -110,14 +138,17 @@ class Distance:
         return solutions[1:]
 
     def _valleys(self) -> list[Minimum]:
-        """Return the ends of descents from all starts that are nearest, except for rounding."""
+        """Return the ends of all descents whose distance equals the smallest one, to rounding."""
         minima = [self._descend(start) for start in self._starts()]
         least = min(cost for _, cost in minima)
         near = [each for each in minima if each[1] <= least + _SAME_DISTANCE * (1 + least)]
         return near or minima
 
     def are_same(self, theta: Array, other: Array) -> BoolArray:
-        """Return the parameters (p,) that are equal in two solutions, by size and error."""
+        """Return True for each parameter, (p,), that is equal in two solutions.
+
+        The tolerance is 0.1 % of the sum of the parameter's size and its standard error.
+        """
         slopes = np.linalg.norm(self._residuals(theta)[1], axis=0)
         deviations = np.zeros(len(theta))
         deviations[self.free] = np.divide(1.0, slopes, out=np.zeros(len(slopes)), where=slopes > 0)
@@ -125,9 +156,11 @@ class Distance:
         return np.asarray(np.abs(other - theta) <= _SAME_PARAMETER * size)
 
     def influence(self, theta: Array, rank: int) -> Array | None:
-        """Return the derivative of the parameters (p, z) by the target; 0 if fixed exactly.
+        """Return the derivative of the nearest declared parameters by `target`, (p, z).
 
-        None where the target hardly changes with a parameter, so that it cannot be calculated.
+        It is the pseudo-inverse of the map to the target, of the given `rank`. Rows of parameters
+        that are fixed exactly are 0. None where the target hardly changes with some combination of
+        the parameters, so that the derivative cannot be calculated.
         """
         slopes, whole = self._residuals(theta)[1], np.zeros((len(theta), len(self.target)))
         if rank == 0:
@@ -142,7 +175,12 @@ class Distance:
         return whole
 
     def _residuals(self, theta: Array, whiten: Array | None = None) -> tuple[Array, Array]:
-        """Return the target minus the map, whitened, and the map's slopes by the unknowns."""
+        """Return ``W (target - expected)``, (z,), and the slopes of ``W expected``, (z, f).
+
+        The expected values are the base parameters and uncertain fixed values that `theta`, (p,),
+        implies. The slopes are by the f unknowns. W is `whiten`, (z, z), by default that of the
+        covariance of the target.
+        """
         whiten = self._whiten if whiten is None else whiten
         beta, jacobian = mapped(self.base, theta)
         expected = np.concatenate([beta, theta[self._uncertain]])
@@ -150,12 +188,17 @@ class Distance:
         return whiten @ (self.target - expected), whiten @ slopes
 
     def _descend(self, start: Array) -> Minimum:
-        """Return the nearest parameters from a start, with exact values sharpened step by step."""
+        """Return the end of a descent (Gauss-Newton) from a start, (p,), and its squared distance.
+
+        The descent is repeated with smaller and smaller least standard errors, `_SHARPEST`, each
+        from the end of the previous one. The distance is infinite where it is not finite.
+        """
         from scipy.optimize import least_squares
 
         theta = start.copy()
 
         def at(free: Array, whiten: Array) -> tuple[Array, Array]:
+            """Return whitened residuals and slopes for values of the unknowns, (f,)."""
             theta[self.free] = free
             return self._residuals(theta, whiten)
 
@@ -181,7 +224,12 @@ class Distance:
         return theta, cost if np.isfinite(cost) else np.inf
 
     def _starts(self) -> Iterator[Array]:
-        """Yield starts: the nominal values; where one is 0, other sizes; then neighbours."""
+        """Yield starts of the descents, (p,) each.
+
+        These are the nominal values, with several sizes in place of nominal values of 0 in
+        nonlinear monomials; then the same with all unknowns multiplied by 3 and by 1/3. A linear
+        map has a single start.
+        """
         nonlinear = np.any(self._exponents[self._exponents.sum(axis=1) > 1] > 0, axis=0)
         at_zero = (self._start == 0) & ~self._known & nonlinear
         sizes = _SIZES if np.any(at_zero) else (1.0,)
@@ -191,7 +239,7 @@ class Distance:
             yield np.where(self._known, filled, stretch * filled)
 
     def _mirrored(self, theta: Array) -> Iterator[Array]:
-        """Yield parameters of other signs with the same base parameters."""
+        """Yield `theta`, (p,), with changed signs that leave the base parameters unchanged."""
         odd = np.mod(self._exponents[np.any(np.array(self.base.weights) != 0, axis=0)], 2)
         # Only parameters in a monomial of even power, or with others, can change their sign.
         alone = np.any((odd == 1) & (odd.sum(axis=1, keepdims=True) == 1), axis=0)
@@ -203,11 +251,16 @@ class Distance:
                 yield np.where(chosen == 1, -theta, theta)
 
     def _inside(self, theta: Array) -> bool:
+        """Return True if all parameters, (p,), are within their declared bounds."""
         return bool(np.all((self._low <= theta) & (theta <= self._high)))
 
 
 def _whitening(covariance: Array, values: Array, sharpest: float) -> Array:
-    """Return ``L^-1`` with ``L L' = C``, with a least relative error of the values."""
+    """Return a matrix W with ``W' W = C^-1`` for the covariance C, (z, z).
+
+    Standard errors are at least `sharpest` times the size of the values, (z,), so that exact values
+    do not make W infinite.
+    """
     least = sharpest * np.where(values == 0, 1.0, np.abs(values))
     deviations = np.maximum(np.sqrt(np.maximum(np.diag(covariance), 0.0)), least)
     relative = covariance / np.outer(deviations, deviations)
@@ -233,17 +286,18 @@ class Physical(Exact):
     method : str
         Method of the estimate.
     known : tuple of Parameter
-        Parameters declared as known.
+        Parameters with a fixed value, known independently of the record.
     combined : tuple of Parameter
         Base parameters that are not declared parameters, described by the parameters in them.
     own : tuple of str
-        Names of the base parameters.
+        Names of the base parameters, which are the parameters of the estimate itself.
     parameters : NamedValues
         Declared parameters that can be calculated, by name.
     covariances : mapping of str to array
         Covariances of these in their order: ``iid``, ``robust`` and ``hac``.
     undetermined : tuple of str
-        Texts: parameters that cannot be calculated, and values that would have to be known.
+        Sentences on parameters that cannot be calculated, with the values that would have to be
+        known; empty where all can be calculated.
     statistic, dof, p_value : float, int, float or None
         The minimum distance, Hotelling's T squared with `dof` restrictions, and its p-value; None
         where the fixed values cannot contradict the record.
@@ -273,6 +327,7 @@ class PhysicalByMethod(dict[str, Physical]):
     """Physical parameters by method; an unknown method is refused with a list of known ones."""
 
     def __getitem__(self, method: str) -> Physical:
+        """Return the physical parameters by one method; UsageError for an unknown method."""
         name = method.lower() if isinstance(method, str) else method
         if is_among(name, self):
             return super().__getitem__(name)
@@ -286,14 +341,17 @@ class PhysicalByMethod(dict[str, Physical]):
 
 
 def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) -> Physical | None:
-    """Return physical parameters from an estimate and the known values of its axis.
+    """Return physical parameters from estimated base parameters and the fixed values of the axis.
+
+    They are the declared parameters with the smallest `Distance` from both. Their covariances
+    follow by the delta method.
 
     Parameters
     ----------
     method : str
         Method of the estimate.
     form : Form
-        Form with the axis of the parameters.
+        Form of the regression, which has the axis of the parameters.
     of_base : SamplingDistribution
         Distribution of the base parameters.
 
@@ -310,7 +368,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     base = form.axis.base
     if isinstance(form, JointForm) or not (base.changed or base.known):
         return None
-    # The errors of the base parameters are by noise and by the drive gain.
+    # Minimum distance, with the errors of the base parameters by noise and by the drive gain.
     expected, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
     if by_gain is not None:
         expected = expected + np.outer(by_gain, by_gain)
@@ -318,6 +376,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     theta, cost = distance.minimum()
     rank = len(distance.free) - len(base.undetermined)
     dof = len(distance.target) - rank
+    # Derivatives of the solution by base parameters and fixed values, or why there is no solution.
     influence, undetermined = None, describe_undetermined(base)
     if not np.isfinite(cost) or (dof == 0 and cost > _MAX_EXACT_DISTANCE):
         undetermined += (
@@ -329,6 +388,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
             "at this estimate the base parameters hardly change with the physical ones, which "
             "therefore cannot be calculated. Fix other values",
         )
+    # Distribution of those declared parameters that are determined.
     declared, lost = base.declared.parameters, undetermined_names(base)
     dof_of_base = float(np.min(of_base.freedom[of_base.chosen]))
     kept = [j for j, p in enumerate(declared) if p.name not in lost and influence is not None]
@@ -369,7 +429,10 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
 
 
 def _others(distance: Distance, theta: Array, kept: list[int]) -> Iterator[str]:
-    """Yield remarks on other physical parameters within their bounds that fit as well."""
+    """Yield remarks on other solutions of the minimum distance within the declared bounds.
+
+    `theta`, (p,), is the reported solution; `kept` has the indices of the reported parameters.
+    """
     names = [p.name for p in distance.base.declared.parameters]
     for other in distance.others(theta):
         same = distance.are_same(theta, other)

@@ -38,13 +38,13 @@ class SignalRanges:
     Attributes
     ----------
     force : float
-        Largest magnitude of the force.
+        Largest magnitude of the force, SI.
     columns : (p,) array
-        Largest magnitude of each column.
+        Largest magnitude of each column of the inverse model.
     travel : (float, float)
-        Smallest and largest position.
+        Smallest and largest position, SI.
     velocity, acceleration : float
-        Largest magnitudes.
+        Largest magnitudes, SI.
     """
 
     force: float
@@ -142,13 +142,13 @@ def check_visible(
     ----------
     axis : GeneratedAxis
     reach : SignalRanges or None
-        None if no sample is kept; nothing is refused then.
+        Ranges of the signals; None if no sample is kept, and nothing is refused then.
     regressor, left : (n, p), (n,) arrays
         Rows of the inverse model; the left side minus the known terms.
     source : str
         Name of the record, for the message.
     without_turns : bool
-        Whether samples near reversals and rests are left out.
+        True if samples near reversals and rests are left out.
 
     Raises
     ------
@@ -162,6 +162,7 @@ def check_visible(
     unit = regressor[:, norms > 0] / norms[norms > 0]
     residuals = left - unit @ np.linalg.lstsq(unit, left, rcond=None)[0]
     unexplained = float(np.linalg.norm(residuals) / np.sqrt(len(left) - regressor.shape[1]))
+    # Noise: the rms residual of least squares.
     noise = max(unexplained, _ROUNDING * reach.force)
     if not np.isfinite(noise):
         return  # the regression refuses signals of this size
@@ -173,6 +174,7 @@ def check_visible(
         if norms[j] == 0:
             unseen[p.name] = f"the column of {p.name} is zero in every row"
             continue
+        # The size with which the parameter is significant, and its largest force with that size.
         needed = MIN_DISTANCE_FROM_NOISE.value * noise / float(norms[j])
         there = needed * float(reach.columns[j])
         seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"
@@ -206,9 +208,9 @@ def typical_magnitudes(
 ) -> Array:
     """Return the typical magnitude of each parameter by its unit, force and motion, (p,).
 
-    The product of powers of the force, the travel and the times of the motion with the dimension of
-    the unit. It is infinite for units with other dimensions (an ampere; a length on a rotary axis),
-    and for parameters of terms with a recorded signal.
+    It is the product of powers of the force, the travel and the times of the motion that has the
+    dimension of the unit. It is infinite for units with other dimensions (an ampere; a length on a
+    rotary axis), and for parameters of terms with a recorded signal.
     """
     named = axis.axis_parameters if parameters is None else parameters
     sizes = np.array([_natural(axis, p.unit, reach) for p in named])
@@ -218,10 +220,10 @@ def typical_magnitudes(
 
 
 def detection_limits(axis: GeneratedAxis, reach: SignalRanges) -> Array:
-    """Return the largest size that a detectable parameter may need to stand out of noise, (p,).
+    """Return the largest size that a detectable parameter may need to exceed the noise, (p,).
 
-    The smaller of the size with ten times the record's largest force, and of 1000 times the larger
-    of declared and typical size (without a declared one 1e9 times the typical size).
+    It is the smaller one of two sizes: that with ten times the record's largest force; and 1000
+    times the larger of declared and typical size (without a declared one 1e9 times the typical).
     """
     natural = typical_magnitudes(axis, reach)
     with np.errstate(divide="ignore"):

@@ -10,6 +10,7 @@ class ParameterAtBound:
     Attributes
     ----------
     name, unit : str
+        Name and unit of the parameter.
     bound : float
         Value of the bound, SI.
     is_lower : bool

@@ -53,7 +53,7 @@ class Solver:
     counts: LossWeights | None = None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:
-        """Return the solution of the rows of a form."""
+        """Return the solution of rows, which are those of a form."""
         names = [q.label for q in form.quantities]
         right = self.slopes or rows
         left = rows.left - right.intercept
@@ -72,9 +72,10 @@ class Problem(Uncached):
     Attributes
     ----------
     axis : GeneratedAxis
+        Axis to identify.
     data : tuple of FilteredRecord
-        One or more records, of that axis, or of the axis that a joint form has for each; their rows
-        have one period.
+        One or more records. Their axis is that of the problem, or the one that a joint form has for
+        each record. Their rows have one period.
     joint_form : JointForm or None
         Parameters of the records if not all are shared; None if all are shared.
     weights : tuple of float
@@ -114,7 +115,7 @@ class Problem(Uncached):
         return RowTimes.joined([data.sampling.neighbours for data in self.data])
 
     def form(self, kind: type[Form]) -> Form:
-        """Return the form of a kind, in the parameters of the records.
+        """Return the inverse or direct model (`kind`), in the parameters of all records.
 
         Raises
         ------
@@ -132,7 +133,7 @@ class Problem(Uncached):
         return self.joint_form
 
     def reduced(self, form: Form, signals: Sequence[Signals]) -> Equations:
-        """Return the rows of a form for signals of each record, with the record's filter."""
+        """Return the rows of a form for signals of each record, filtered as the record is."""
         every = [form.of_record(i).equations(own) for i, own in enumerate(signals)]
         return self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
 
@@ -168,7 +169,7 @@ class Problem(Uncached):
         return rows
 
     def stacked(self, values: Callable[[FilteredRecord], Array]) -> Array:
-        """Concatenate values (n,) of each record's rows."""
+        """Return values of the rows of all records, (n,), from a function of one record."""
         pieces = [values(data) for data in self.data]
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
@@ -193,14 +194,17 @@ class Problem(Uncached):
     def simulated(
         self, form: Form, physical: Array, budget: StepBudget | None = None
     ) -> tuple[tuple[Simulation, ...], Equations]:
-        """Simulate the loops with parameters (p,), and return them with their rows."""
+        """Return the simulated loops with parameters (p,), and their filtered rows.
+
+        `budget` limits the integration steps of a search.
+        """
         loops = self.loops(form, physical, budget)
         return loops, self.simulated_rows(form, physical, loops)
 
     def simulated_rows(
         self, form: Form, physical: Array, loops: tuple[Simulation, ...]
     ) -> Equations:
-        """Return the rows of loops that were simulated with parameters (p,)."""
+        """Return the filtered rows of loops that were simulated with parameters (p,)."""
         pairs = enumerate(zip(self.data, self.by_record(loops), strict=True))
         rows = [
             simulated_rows(form.of_record(i), of_one, form.own(physical, i), data)
@@ -211,7 +215,7 @@ class Problem(Uncached):
     def loops(
         self, form: Form, physical: Array, budget: StepBudget | None = None
     ) -> tuple[Simulation, ...]:
-        """Simulate the loops with parameters (p,), one for each segment of each record."""
+        """Return the simulated loops with parameters (p,), one for each segment of each record."""
         return tuple(
             loop
             for i, data in enumerate(self.data)
@@ -221,13 +225,13 @@ class Problem(Uncached):
         )
 
     def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
-        """Group simulated loops, one for each segment, by record."""
+        """Return simulated loops, one for each segment of all records, grouped by record."""
         ends = list(accumulate(len(data.record.spans) for data in self.data))
         return tuple(loops[a:b] for a, b in zip([0, *ends], ends, strict=False))
 
     @cached_property
     def spans(self) -> tuple[slice, ...]:
-        """Slice of the rows of each record."""
+        """Slice of the rows of each record among all rows."""
         ends = [*accumulate(len(data.sampling.rows) for data in self.data)]
         return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
 
@@ -253,7 +257,7 @@ class Problem(Uncached):
         return f"In {where} {', and '.join(facts)}." if facts else ""
 
     def _stacked(self, form: Form, rows: Sequence[Equations]) -> Equations:
-        """Concatenate the weighted rows of each record, in the common parameters."""
+        """Return the weighted rows of all records, in the parameters of a form."""
         pieces = []
         for i, own in enumerate(rows):
             weight = self.weights[i] if self.weights else 1.0
@@ -270,7 +274,10 @@ class Problem(Uncached):
 
 @contextmanager
 def adding(sentence: Callable[[], str]) -> Iterator[None]:
-    """Append a sentence to an error of the block, if it is not empty; computed only then."""
+    """Append a sentence to an error in the ``with`` block; it is computed only then.
+
+    An empty sentence changes nothing.
+    """
     try:
         yield
     except AxisidError as error:

@@ -31,12 +31,15 @@ def bounded_identification(
 ) -> Identification:
     """Return the result with every declared parameter within its bounds.
 
-    Its covariances are those of the free estimates, because a fixed parameter is not known.
+    Parameters that the bounded estimate has at a bound are fixed there, and the axis is identified
+    again, until no parameter is beyond its bound. The covariances are those of the identification
+    without bounds, because the true value of a fixed parameter is not known.
 
     Parameters
     ----------
     axis : GeneratedAxis
     identify : callable
+        Returns the identification of an axis without regard to bounds.
 
     Raises
     ------
@@ -50,6 +53,7 @@ def bounded_identification(
         result = identify(axis_at_bounds(axis, bounds))
     if not bounds:
         return free
+    # For each fixed parameter, its estimate while only the other ones are fixed.
     held = []
     for name, bound in bounds.items():
         others = {other: at for other, at in bounds.items() if other != name}
@@ -63,7 +67,19 @@ def bounded_identification(
 
 
 def axis_at_bounds(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
-    """Return an axis whose parameters at a bound are fixed there."""
+    """Return the axis with some parameters fixed at the given bounds, and so removed from it.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    bounds : mapping of str to float
+        Value of the bound by name of the parameter, SI.
+
+    Raises
+    ------
+    EstimationError
+        Nothing can be identified with these values.
+    """
     try:
         return build(leave_out(axis.declared, **bounds), native=axis.native.enabled)
     except AxisidError as error:
@@ -76,7 +92,18 @@ def axis_at_bounds(axis: GeneratedAxis, bounds: Mapping[str, float]) -> Generate
 
 
 def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
-    """Return the result with the covariances of its parameters without fixed ones."""
+    """Return an estimate with the covariances that its parameters have in the free estimate.
+
+    Unchanged where the fixed parameters change the grouping of the others, so that the free
+    estimate has other parameters.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Estimate with some parameters fixed at a bound.
+    free : Estimate
+        Estimate by the same method with no parameter fixed.
+    """
     names, own = ([q.name for q in each] for each in (free.quantities, free.ddm_quantities))
     try:
         at = [names.index(q.name) for q in estimate.quantities]
@@ -95,7 +122,11 @@ def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
 
 
 def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
-    """Return the declared parameters that the bounded estimate has at a bound, with the bounds."""
+    """Return the bounds at which the bounded estimate has parameters, SI, by parameter name.
+
+    The bounded estimate is the point within the bounds that is nearest to `estimate`, by the
+    covariance for independent residuals. Empty where the estimate itself is within all bounds.
+    """
     names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
     declared = [p if p.name in names else None for p in estimate.form.declared]
     if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
@@ -114,7 +145,12 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
 
 
 def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
-    """Return a parameter at its bound, with its value in an estimate without the bound."""
+    """Return the description of a parameter that is fixed at its bound.
+
+    `estimate` is an estimate in which this parameter is free. The description has the value of the
+    parameter there, and the end of its one-sided confidence interval towards the bound, which is
+    not beyond the bound.
+    """
     value = estimate.parameters[name]
     is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
     dof = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]

@@ -23,8 +23,9 @@ from axisid.support.missing import Missing
 
 from .result import DriveTime, Identification
 
-#: Identifies an axis by methods; None for all that axis and record allow. The optional third
-#: argument has parameters at their bounds, and then no others are fixed at a bound.
+#: Function that identifies an axis. Its second argument has the methods, or None for all that axis
+#: and record allow. The optional third argument has parameters that are fixed at given bounds; no
+#: other parameters are then fixed at a bound.
 Identify = Callable[..., Identification]
 
 
@@ -47,6 +48,17 @@ def identify_with_drive_time(
 
     The standard errors of the parameters include the uncertainty of the lag or delay. For this, the
     estimates are repeated with a lag or delay that is longer by its standard error.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        Axis whose drive has a lag or delay to be estimated.
+    records : sequence of Record
+        A single record; several records are refused.
+    run : callable
+        Identifies an axis with a known lag or delay, see `Identify`.
+    methods : sequence of str or None
+        Methods to run; None for all that axis and record allow.
 
     Raises
     ------
@@ -85,7 +97,17 @@ def identify_with_drive_time(
 
 
 def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
-    """Return the lag or delay that aligns force and motion, and its standard error, s."""
+    """Return the lag or delay that aligns force and motion, and its standard error, s.
+
+    In each iteration, the axis is identified by IDM-IV with the present lag or delay. The remaining
+    delay between force and motion is then added to it, until it is negligible.
+
+    Raises
+    ------
+    EstimationError
+        The record does not show the delay, the iteration does not converge, or the force acts
+        before its command.
+    """
     declared, period = axis.declared, record.period
     check_drive_time(declared, record, name)
     value = float(getattr(declared.drive, name))
@@ -124,7 +146,11 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
 
 
 def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
-    """Return an estimate whose covariances include the uncertainty of the lag or delay."""
+    """Return an estimate whose covariances include the uncertainty of the lag or delay.
+
+    `longer` is the same estimate with a lag or delay that is longer by its standard error. The
+    change of the parameters, times itself, is added to every covariance.
+    """
     changes = {
         "covariances": longer.physical - estimate.physical,
         "ddm_covariances": longer.theta_ddm - estimate.theta_ddm,
@@ -138,7 +164,16 @@ def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
 
 
 def check_drive_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
-    """Refuse a lag or delay that a record cannot show, with or without a control law.
+    """Refuse a lag or delay that a record cannot show.
+
+    Parameters
+    ----------
+    declared : Axis
+    record : Record
+    name : {"lag", "delay"}
+    by_law : bool
+        Whether the lag or delay is found by simulating the declared control law, which must then be
+        a sampled one.
 
     Raises
     ------

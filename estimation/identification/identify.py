@@ -131,7 +131,14 @@ def identify(
         chosen: Sequence[str] | None,
         held: Mapping[str, float] | None = None,
     ) -> Identification:
+        """Return the identification of an axis by methods, with parameters at their bounds.
+
+        `held` has parameters that are fixed at given bounds, and then no others are fixed. With
+        None, parameters beyond their bounds are fixed there if `bounded` is set.
+        """
+
         def free(axis: GeneratedAxis) -> Identification:
+            """Return the identification of an axis without regard to bounds."""
             shared = joint_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
             return identify_problem(
                 shared.problem(axis, as_given, loss),
@@ -158,7 +165,7 @@ def identify(
 
 
 def records_of(record: object) -> list[Record]:
-    """Return the records of a result, one or several.
+    """Return one or several given records as a list.
 
     Raises
     ------
@@ -190,7 +197,31 @@ def identify_problem(
     bootstrap: int = DEFAULT_TWIN_COUNT,
     levels: Levels = DEFAULT_LEVELS,
 ) -> Identification:
-    """Identify from records that are already filtered by the requested prefilter."""
+    """Return the identification from records that are already filtered, by each method in turn.
+
+    Parameters
+    ----------
+    problem : Problem
+        The filtered records as one regression.
+    as_given : Prefilter
+        Prefilter as requested, for the result.
+    requested : sequence of str or None
+        Methods to run; None for all methods. A requested method that fails on account of the axis
+        or the records raises its error. Otherwise it is left out, with the reason.
+    lags, covariance, start, loss, bootstrap
+        As in `identify`.
+    set_aside : mapping of str to str, optional
+        Records that could not be used, with the reason, for the result.
+    levels : Levels
+        Thresholds of the checks.
+
+    Raises
+    ------
+    ModelError, LoopDataError
+        The axis, or a record, does not allow a requested method.
+    EstimationError
+        No method gives an estimate.
+    """
     estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
@@ -220,7 +251,8 @@ def identify_problem(
         except EstimationError as error:
             if requested is None and not estimates:
                 raise
-            # It was not requested, and relies on more assumptions: the others hold without it.
+            # Output error relies on more assumptions than the other methods. If it was not
+            # requested, its failure says nothing about the estimates of the others.
             unasked = requested is None and is_output_error(method)
             (skipped if unasked else failed)[method] = str(error)
             lost = lost or error
@@ -239,7 +271,9 @@ def identify_problem(
 
 
 def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...] | None:
-    """Return the requested methods by name; None for all, which is also called ``all``.
+    """Return the names of the requested methods; None where all methods are requested.
+
+    All methods are requested by None or by the name ``all``.
 
     Raises
     ------

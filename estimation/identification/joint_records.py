@@ -46,7 +46,19 @@ def _joint_form(
     *,
     commanded: bool,
 ) -> JointForm | None:
-    """Return the form of shared parameters; None where all records share all.
+    """Return the form of shared and local parameters; None where records share all parameters.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    records : int
+        Number of records.
+    local : sequence of str
+        Parameters with a separate value in each record.
+    known : mapping or None
+        Known values of each record, by name.
+    commanded : bool
+        Whether a known force may show the drive gain.
 
     Raises
     ------
@@ -99,9 +111,18 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
 
 
 def _decimations(asked: Prefilter, designed: float, ratios: list[Fraction]) -> list[Fraction]:
-    """Return decimations by period, with rows at about the requested distance.
+    """Return the decimation of each record, so that the rows of all have one distance in time.
 
-    They are not smaller than the cut-off allows.
+    The distance is a common multiple of the sample periods near the requested one: the next larger,
+    or the next smaller where the larger exceeds the requested one by more than 20 %. The smaller
+    one is not used if it is below both the requested one and the one that matches the cut-off.
+
+    Parameters
+    ----------
+    asked : Prefilter
+        Filter for a record with the period `designed`, s.
+    ratios : list of Fraction
+        Sample period of each record divided by `designed`.
     """
     step = math.lcm(*(ratio.numerator for ratio in ratios))
     least = Fraction(step, math.gcd(*(ratio.denominator for ratio in ratios)))
@@ -117,10 +138,21 @@ def filtered_records(
     asked: Prefilter,
     into: Sequence[Array] = (),
 ) -> tuple[FilteredRecord, ...]:
-    """Return the filtered records of one machine, with one choice for rests in all.
+    """Return the filtered records of one machine, with rows at one distance in time.
 
-    Samples near reversals are left out of all records or of none, because all records add to the
-    information on shared parameters. Arguments as in `show_too_little`.
+    Samples near rests and reversals are left out of all records or of none, because all records add
+    to the information on shared parameters.
+
+    Parameters
+    ----------
+    axes : sequence of GeneratedAxis
+        Axis of each record.
+    records : sequence of Record
+    asked : Prefilter
+        Filter of the first record.
+    into : sequence of array
+        Maps from the parameters of each record to those of all, as in `show_too_little`; empty
+        where all records share all parameters.
 
     Raises
     ------
@@ -143,11 +175,12 @@ def filtered_records(
 
 
 def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
-    """Return a problem with each record weighted by its own noise, from a first pass.
+    """Return a problem with the rows of each record weighted by the inverse of its noise.
 
-    Feasible generalised least squares: the noise of a record is the residual of its rows by least
-    squares of all records, root mean square, or by the median with a robust loss. If least squares
-    fails, the records have equal weights, and the estimation reports the reason.
+    This is feasible generalised least squares. In a first pass, all records are estimated together
+    by least squares. The noise of a record is the root mean square of its residuals, or a robust
+    scale by the median with a robust `loss`. If least squares fails, the records have equal
+    weights, and the estimation reports the reason. A single record has no weight.
 
     References
     ----------
@@ -173,7 +206,16 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
 
 
 def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
-    """Refuse records that cannot be used, all at once, each with its reason.
+    """Refuse the records that cannot be used, in one error with the reason for each.
+
+    Parameters
+    ----------
+    bad : mapping of str to str
+        Names of records that cannot be used, with the reason.
+    count : int
+        Number of all records.
+    skip_bad : bool
+        Whether to accept bad records as long as another record is good.
 
     Raises
     ------
@@ -194,24 +236,29 @@ def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
 def known_of_used(
     used: Sequence[int], known: Mapping[str, Sequence[KnownValue]] | None
 ) -> dict[str, list[KnownValue]]:
-    """Return the known values of each used record."""
+    """Return the known values by name, with one value for each used record.
+
+    `used` has the indices of the used records. `known` has a value for every record, or is None
+    without known values.
+    """
     return {name: [values[i] for i in used] for name, values in (known or {}).items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointRecords:
-    """The used records, with their own parameters and known values.
+    """The records that are used, with their local parameters and known values.
 
     Attributes
     ----------
     axis : GeneratedAxis
         Requested axis.
     own_form : JointForm or None
-        Joint form of this axis.
+        Form of the shared and local parameters of this axis; None where records share all of them.
     records : tuple of Record
     local : tuple of str
+        Parameters with a separate value in each record.
     known : mapping of str to sequence
-        As in `identify`.
+        Known values of each record, as in `identify`.
     commanded : bool
         Whether a known force may show the drive gain.
     set_aside : mapping of str to str
@@ -227,9 +274,10 @@ class JointRecords:
     set_aside: Mapping[str, str]
 
     def joint_form(self, axis: GeneratedAxis) -> JointForm | None:
-        """Return the form of shared parameters of an axis; None if all records share all of them.
+        """Return the form of the shared and local parameters of an axis.
 
-        A candidate may lack a parameter that other candidates have for each record.
+        None if the records share all parameters. The axis may be another candidate model, which
+        may lack a parameter that is local in other candidates.
 
         Raises
         ------
@@ -242,7 +290,10 @@ class JointRecords:
         return _joint_form(axis, len(self.records), own, self.known, commanded=self.commanded)
 
     def axes(self, axis: GeneratedAxis, joint: JointForm | None) -> list[GeneratedAxis]:
-        """Return the axis of each record, with its known values."""
+        """Return the axis of each record, with the record's known values fixed.
+
+        With `joint` None, all records have the same `axis`.
+        """
         return [axis] * len(self.records) if joint is None else [m.axis for m in joint.members]
 
     def problem(
@@ -265,15 +316,18 @@ def joint_records(
     *,
     skip_bad: bool,
 ) -> JointRecords:
-    """Return the records that a prefilter suits, or all without one, with notes on each.
+    """Return the records that can be filtered, with their local parameters and known values.
+
+    Each of several records is filtered on trial. A record that cannot be filtered is set aside with
+    the reason, or refused. The names of local parameters and known values are checked.
 
     Parameters
     ----------
     axis : GeneratedAxis
-        Axis with the names to check.
+        Axis that has the parameters named in `local` and `known`.
     records : sequence of Record
     prefilter : Prefilter or None
-        None where records are not filtered.
+        Filter of the first record; None to use all records without filtering them.
     local, known, gain, skip_bad
         As in `identify`.
 

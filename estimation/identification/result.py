@@ -78,7 +78,14 @@ class RecordResult:
 
 
 def record_index(number: object, records: int) -> int:
-    """Return the index of one of several records, by its number from 1.
+    """Return the index from 0 of a record, by its number from 1.
+
+    Parameters
+    ----------
+    number : object
+        Number of the record, as given by the user.
+    records : int
+        Number of records of the result.
 
     Raises
     ------
@@ -119,6 +126,7 @@ class DriveTime:
     interval: tuple[float, float]
 
     def __str__(self) -> str:
+        """Return the name and the value of the lag or delay with its standard error, ms."""
         return (
             f"{self.name} {self.parameter.name} = {1e3 * self.value:.4g} +- "
             f"{1e3 * self.deviation:.2g} ms"
@@ -127,9 +135,9 @@ class DriveTime:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ByMethod(Checked, Generic[Estimated]):
-    """Estimates by method: ``result["idm-iv"]``; it iterates over the methods.
+    """Estimates by method: ``result["idm-iv"]``. Iterating over it gives the names of the methods.
 
-    Its members are those of an `Identification`.
+    The fields are described in `Identification`.
     """
 
     estimates: Mapping[str, Estimated]
@@ -147,14 +155,15 @@ class ByMethod(Checked, Generic[Estimated]):
 
     @property
     def local(self: Any) -> dict[str, tuple[Value | None, ...]]:
-        """Values of each local parameter by record, of the reported estimate.
+        """Values of each local parameter in the reported estimate, one for each record, by name.
 
-        None in a record that does not have the parameter.
+        None in place of a value for a record that does not have the parameter.
         """
         values = self.preferred.parameters
         return {name: tuple(map(values.get, own)) for name, own in self.local_names.items()}
 
     def __getitem__(self, method: str) -> Estimated:
+        """Return the estimate by a method; UsageError where there is none by that method."""
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
@@ -164,12 +173,15 @@ class ByMethod(Checked, Generic[Estimated]):
         return self.estimates[name]
 
     def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the methods."""
         return iter(self.estimates)
 
     def __contains__(self, method: object) -> bool:
+        """Return True for the name of a method that gave an estimate."""
         return isinstance(method, str) and method.lower() in self.estimates
 
     def __len__(self) -> int:
+        """Return the number of estimates."""
         return len(self.estimates)
 
     def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
@@ -184,7 +196,8 @@ class ByMethod(Checked, Generic[Estimated]):
         every : bool
             Add the estimates of all methods in one table, with numbered notes.
         full : bool
-            Add these, intervals, correlations and every diagnostic with its figures.
+            Add the estimates of all methods, intervals, correlations and every diagnostic with its
+            figures.
         """
         return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
@@ -206,7 +219,10 @@ class HasRecords:
     set_aside: Mapping[str, str] = field(default_factory=dict)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> Self:
-        """Return the result with the names of records that could not be read, and the reasons."""
+        """Return the result with further records in `set_aside`.
+
+        `unread` has the names of records that could not be read, with the reasons.
+        """
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @property
@@ -221,12 +237,12 @@ class HasRecords:
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """All records."""
+        """All records of the result, in the order in which they were given."""
         return tuple(data.record for data in self.problem.data)
 
     @property
     def prefilter(self) -> Prefilter:
-        """The filter, with the choices made for the record."""
+        """Prefilter with the choices made for the record; that of the first of several records."""
         return self.data.prefilter
 
 
@@ -280,10 +296,11 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def parts(self) -> "tuple[Identification, ...]":
-        """The result of each record: its rows, and the parameters of its own axis.
+        """Result for each record: its rows with the estimates from all records.
 
         The residuals of a record can be examined in its part as for a single record. The parameters
-        are those of all records. A single record is its own part.
+        are expressed in those of the record's axis, but are not estimated again from the record. A
+        result of a single record has itself as its only part.
         """
         parts = self.case.parts if self.case.has_parts else ()
         whole = (
@@ -293,7 +310,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         return tuple(whole) or (self,)
 
     def part(self, number: int) -> "Identification":
-        """Return the result of one of its records, by its number from 1; see `parts`.
+        """Return the member of `parts` for one record, by the number of the record from 1.
 
         Raises
         ------
@@ -304,7 +321,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def of_records(self) -> tuple[RecordResult, ...]:
-        """Results by record; empty for a single record."""
+        """Results of each record with the reported estimate; empty for a single record."""
         problem, diagnosis, found = self.problem, self.diagnosis, []
         known = {} if problem.joint_form is None else problem.joint_form.known
         every = zip(self.record_names, problem.data, diagnosis.records, self.parts, strict=False)
@@ -330,15 +347,22 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @property
     def local_names(self) -> Mapping[str, tuple[str, ...]]:
-        """Names of each local parameter by record."""
+        """Names by which the estimates list each local parameter, one for each record.
+
+        The keys are the declared names. Empty where records share all parameters.
+        """
         return {} if self.problem.joint_form is None else self.problem.joint_form.local
 
     @property
     def declared_gain(self) -> float | None:
-        """Declared drive gain if the gain is identified; None if the declared gain is used."""
+        """Declared drive gain where the gain is identified; None where the declared gain is used.
+
+        The unit is that of the drive's declaration, force per unit of the control.
+        """
         return None if self.problem.joint_form is None else self.problem.joint_form.gain
 
     def __repr__(self) -> str:
+        """Return the names of axis, records and methods."""
         return (
             f"identification of {self.axis.name} from {' and '.join(self.record_names)}: "
             f"{', '.join(self.estimates)}"
@@ -346,9 +370,9 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def physical(self) -> PhysicalByMethod:
-        """Declared parameters by method; empty if these are the parameters of the estimates.
+        """Physical parameters from base parameters and known values, by method; see `axisid.fix`.
 
-        They follow from the base parameters and the known values; see `axisid.fix`.
+        Empty where the parameters of the estimates are the declared parameters already.
         """
         found = {
             name: physical_parameters(name, e.form, e.distribution)
@@ -360,15 +384,16 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     def preferred(self) -> Estimate:
         """The reported estimate.
 
-        It is that of output error if the control of every record follows the declared law, except
-        if instruments differ from it significantly and are more precise. Otherwise it is that of
-        instruments where there are any, with the inverse model before the direct one.
+        It is the estimate by output error (DIDIM) if the control of every record follows the
+        declared law, except if the estimate by instruments differs significantly and is more
+        precise. Otherwise it is the estimate by instruments where there are any, with the inverse
+        model before the direct one.
         """
         return self.estimates[self.case.method]
 
     @cached_property
     def case(self) -> DiagnosticInputs:
-        """The inputs of the checks."""
+        """The result as input of the checks, with quantities that several checks use."""
         return DiagnosticInputs(
             problem=self.problem,
             estimates=self.estimates,
@@ -378,19 +403,19 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
-        """The measurements of the checks, computed once."""
+        """Measurements and checks of all diagnostics, with the `further` checks; computed once."""
         found = diagnose(self.case)
         return replace(found, verdict=(*found.verdict, *self.further))
 
     def judged(self) -> "Identification":
         """Return this result once bias, intervals and verdict are computed.
 
-        An estimate whose intervals cannot be computed keeps its values. The error is raised when
-        they are read.
+        An estimate whose intervals cannot be computed keeps its values, and so does a result whose
+        verdict cannot be computed. The error is raised when they are read.
         """
         for estimate in self.estimates.values():
             unless_faulty(partial(attrgetter("inference"), estimate))
-        _ = self.diagnosis
+        unless_faulty(partial(attrgetter("diagnosis"), self))
         return self
 
     @property

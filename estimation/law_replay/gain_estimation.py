@@ -31,8 +31,8 @@ from .replay import LawInputs, run_law
 # converter noise; a correct law is not affected by a larger value
 _NEAR_LIMIT = 0.1
 
-# relative step of a gain or memory for derivatives; with a fifth of it, rounding hides the
-# difference between the start of an integral and a long integral time
+# relative step of a gain or of the law's memory (its internal state) for derivatives; with a fifth
+# of it, rounding hides the difference between the start of an integral and a long integral time
 _STEP = 5e-5
 _ROUNDS, _STEPS = 12, 6  # of derivatives, and of Gauss-Newton steps with the same derivatives
 _STILL = 1e-7  # relative change of the squared residuals at which the iteration ends
@@ -44,28 +44,30 @@ _CLEAR = 1e-8  # relative singular value of unit columns, above which the record
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawReplay:
-    """A control law replayed along recorded signals.
+    """A control law replayed along recorded signals, with some gains and some initial memory.
+
+    The memory of a law is its internal state: an integral, filter states, earlier positions.
 
     Attributes
     ----------
     law : ControlLaw
-        With its declared gains.
+        The law with its declared gains.
     ticks : LawInputs
-        Inputs of the law.
+        Inputs of the law at its M evaluations.
     control : (N,) array
         Recorded control minus the signal that was added to that of the law.
     limit : (N,) array
         Limit of the output: the drive's where the control is near it, infinite elsewhere.
     limits : (M,) array
-        Limit at each evaluation.
+        Limit of the output at each evaluation.
     functions : mapping of str to casadi.Function
         Functions of the law, see `law_functions`.
     logged : callable
         Maps the law's output to the logged control, see `commands_as_logged`.
     gains : (g,) array
-        Gains of the replay.
+        Gains that the replay uses.
     start : (m,) array
-        Memory at the first evaluation.
+        Memory of the law at the first evaluation.
     """
 
     law: ControlLaw
@@ -82,15 +84,26 @@ class LawReplay:
     def of(
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawInputs, record: Record
     ) -> "LawReplay":
-        """Return the replay of any law along a record without gaps, with its declared gains.
+        """Return the replay of any law along a record without gaps, with the law's declared gains.
 
-        The record has a control. The memory is that of an axis at rest.
+        Parameters
+        ----------
+        axis : GeneratedAxis
+            Axis with the drive and the signals of the record; its own law is not used.
+        law : ControlLaw
+            Law that is replayed. Its memory at the start is that of an axis at rest.
+        ticks : LawInputs
+            Inputs of this law along the record.
+        record : Record
+            Record with a control.
         """
+        # The recorded control, without the test signal that was added to the output of the law.
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # A control logged behind a lag does not show where the command was at its limit.
         hidden = axis.response is not None and axis.drive.logged == "current"
         near = np.abs(control) >= (1 - _NEAR_LIMIT) * limit_in_log(axis)
         limit = np.where(near & (not hidden), axis.drive.limit, np.inf)
+        # The sample of the log in which the output of each evaluation appears.
         sample = np.searchsorted(
             ticks.held, np.arange(len(ticks)) + control_delay_in_log(axis, law)
         )
@@ -112,7 +125,8 @@ class LawReplay:
     def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs, start: Array) -> "LawReplay":
         """Return the replay of the axis's law along a simulated loop, within the drive's limit.
 
-        The loop's memory at the start begins with that of the law.
+        There is no recorded control: `control` is 0. `start` is the memory of the loop at the
+        first evaluation; its first m elements are the memory of the law.
         """
         law = law_of(axis)
         return cls(
@@ -129,34 +143,43 @@ class LawReplay:
 
     @property
     def output(self) -> Array:
-        """Logged control of the law, (N,)."""
+        """Control of the law at each sample, as the drive logs it, (N,)."""
         return self.logged(self._applied)
 
     def jacobian_by_gain(self, free: Sequence[int] | slice = slice(None)) -> Array:
-        """Return the derivative of the output by the logarithm of each free gain, (N, g).
+        """Return the derivative of `output` by the logarithm of each free gain, (N, g).
 
-        All gains are free by default. The derivative by a gain of 0 is 0.
+        `free` has the indices of the g free gains, by default of all. The derivative by a gain of 0
+        is 0.
         """
         ends = self.gains + np.diag(_STEP * self.gains)[free]
         return self._slopes([replace(self, gains=end) for end in ends])
 
     @property
     def slope_by_rest(self) -> Array:
-        """Derivative of the output by the logarithm of a factor of terms without gains, (N,)."""
+        """Derivative of `output` by the logarithm of a factor of the terms without gains, (N,).
+
+        These terms of the law are its output with all gains 0.
+        """
         step = _STEP * replace(self, gains=0.0 * self.gains)._applied
         more, less = (self.logged(self._applied + by, steps=False) for by in (step, -step))
         return np.asarray((more - less) / (2 * _STEP))
 
     def slopes_by_start(self, compared: Callable[[Array], Array]) -> list[Array]:
-        """Return the derivative of compared values by each memory at the start.
+        """Return the derivative of compared values by each element of the initial memory.
 
-        It is 0 for a memory with a negligible effect, as of one that has faded before the first
-        compared sample and cannot be estimated.
+        It is 0 for an element with a negligible effect: one that has faded before the first
+        compared sample cannot be estimated.
 
         Parameters
         ----------
         compared : callable
-            As in `fitted`.
+            Maps a control, (N,), to the values that are compared, (n,), as in `fitted`.
+
+        Returns
+        -------
+        list of (n,) array
+            One for each of the m elements.
         """
         sizes = np.abs(self._run[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
@@ -169,7 +192,11 @@ class LawReplay:
         ]
 
     def _slopes(self, ends: "Sequence[LawReplay]") -> Array:
-        """Return difference quotients of the output towards replays with a step `_STEP`, (N, k)."""
+        """Return difference quotients of the output, (N, k), from this replay to k others.
+
+        `ends` has these replays, each with one gain or one element of the memory changed by the
+        relative step `_STEP`.
+        """
         here, *there = (self.logged(each._applied, steps=False) for each in (self, *ends))
         return np.asarray((np.reshape(there, (len(ends), len(here))).T - here[:, None]) / _STEP)
 
@@ -179,16 +206,20 @@ class LawReplay:
         return np.asarray(self._run[1][np.maximum(self.ticks.held - self.law.delay, 0)])
 
     def fitted(self, compared: Callable[[Array], Array], free: Sequence[int]) -> "LawReplay":
-        """Return the replay with free gains and memory fitted to the control by Gauss-Newton.
+        """Return the replay with the free gains and the initial memory that fit the control best.
 
-        Minimises ``sum (c(u) - c(u_law))^2`` of compared values c.
+        They minimise ``sum (c(u) - c(u_law))^2`` by Gauss-Newton steps, with the recorded control
+        u, the control of the law u_law, and `compared` as c. The steps are in the logarithms of the
+        gains, so that no gain changes its sign. The derivatives are computed again only where steps
+        with the present ones no longer help.
 
         Parameters
         ----------
         compared : callable
-            Maps a control to the values that are compared: a selection of samples, or a low-pass.
+            Maps a control, (N,), to the values that are compared: a selection of samples, or a
+            low-pass.
         free : sequence of int
-            Indices of the free gains; no gain changes its sign.
+            Indices of the gains that are fitted; the others keep their values.
 
         Returns
         -------
@@ -227,6 +258,6 @@ class LawReplay:
 
     @cached_property
     def _run(self) -> tuple[Array, Array]:
-        """Memory after each evaluation, (M, m), and output, (M,)."""
+        """Memory of the law after each evaluation, (M, m), and output of the law, (M,)."""
         read = *self.ticks.signals, self.limits, self.gains[None, :]
         return run_law(self.functions["law_step"], self.start, read)

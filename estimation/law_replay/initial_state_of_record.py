@@ -57,9 +57,9 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
     Parameters
     ----------
     axis : GeneratedAxis
-        With a control law.
+        Axis with a control law.
     record : Record
-        With a reference.
+        Record with a reference.
     away : float
         Offset of the positions that the law reads from those of the record; positions in the law's
         memory are shifted as well.
@@ -78,16 +78,19 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
 def shifted_start(
     axis: GeneratedAxis, start: LoopStart, reference: float, first: Sequence[float], away: float
 ) -> LoopStart:
-    """Return a start with the positions in the law's memory shifted.
+    """Return a start with the positions in the law's memory shifted by an offset.
+
+    The shift of the memory is that of an axis at rest when reference and position are shifted. A
+    start without a memory is returned unchanged.
 
     Parameters
     ----------
     axis : GeneratedAxis
     start : LoopStart
     reference : float
-        First reference.
+        First reference of the segment.
     first : sequence of float
-        First values of the recorded signals.
+        First values of the recorded signals in the segment.
     away : float
         Offset of the positions that the law reads from those of the axis.
     """
@@ -101,7 +104,10 @@ def shifted_start(
 
 @cached_while_alive
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
-    """Return the start of the loop of one segment: position, velocity and memory."""
+    """Return the start of the loop of one segment: position, velocity and memory.
+
+    The memory contains that of the law, its delay and the drive.
+    """
     rows = slice(*span)
     if not record.integrated:
         velocity = first_velocity(record.position[rows], record.period)
@@ -118,9 +124,12 @@ def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopSt
 
 
 def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
-    """Return a record of velocity alone with the position offset that its first controls show.
+    """Return a record whose integrated position has the offset that its first controls show.
 
-    Other records are unchanged, and so is a record whose controls do not determine the offset.
+    The position of a record of velocity alone is an integral with an unknown constant, while the
+    law read a position with its own zero. The offset is estimated by least squares from the effect
+    of a shifted position on the first controls. Records with a measured position are unchanged, and
+    so are records whose controls do not determine the offset significantly.
     """
     if not record.integrated or record.control is None:
         return record
@@ -145,7 +154,11 @@ def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -
 def start_of_law(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawInputs
 ) -> Array:
-    """Return the memory of law and delay at the start of a segment, estimated or declared, (m,)."""
+    """Return the memory of law and delay at the start of a segment, (m,).
+
+    It is estimated from the first controls where they show it; otherwise it is the declared memory
+    of an axis at rest. `ticks` has the inputs of the law along the segment.
+    """
     found = first_memory(axis, record, span, ticks)
     return state_at_rest(axis, ticks) if found is None else found
 
@@ -155,12 +168,17 @@ def first_memory(
 ) -> Array | None:
     """Estimate the memory of law and delay at the first sample of a segment, (m,).
 
+    First the memory of an axis at rest is tried: if it explains the first controls, nothing is
+    estimated. Otherwise the memory is found by Newton's method, also from the memory of an axis in
+    motion where controls are at the drive's limit. It is used if it explains nearly all of the
+    control error and is significant.
+
     Parameters
     ----------
     axis : GeneratedAxis
-        With a control law.
+        Axis with a control law.
     record : Record
-        With a reference.
+        Record with a reference.
     span : tuple of int
         The segment: first row and the one after the last.
     ticks : LawInputs, optional
@@ -200,10 +218,15 @@ def first_memory(
 def law_residual(
     axis: GeneratedAxis, record: Record, span: tuple[int, int]
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the control error of the law along a segment, (N,), and True for valid samples.
+    """Return the control error of the law along a segment, and the samples where it is valid.
 
-    Recorded control minus the control of the law for the recorded signals; 0 where the control is
-    masked or at the drive's limit.
+    Returns
+    -------
+    (N,) array
+        Recorded control minus the control of the law for the recorded signals, in the unit of the
+        control; 0 in samples that are not valid.
+    (N,) array of bool
+        True for valid samples: not masked, and with a control below the drive's limit.
     """
     record = as_read_by_law(axis, record, span)
     ticks, seen = law_ticks(axis, record, span), unlimited(axis, record, span)
@@ -215,18 +238,24 @@ def law_residual(
 def at_rest_misses(
     off: Array, seen: NDArray[np.bool_], power: float | Array
 ) -> np.bool_ | NDArray[np.bool_]:
-    """Return True if the memory of an axis at rest does not explain the first controls, by lane.
+    """Return True if the memory of an axis at rest does not explain the first controls.
 
-    The control error exceeds 0.1 % of the control (rms).
+    This is so if the control error exceeds 0.1 % of the control (rms).
 
     Parameters
     ----------
     off : (n,) or (n, L) array
-        Control error with that memory.
+        Control error with the memory of an axis at rest; a column for each of L loops that are
+        simulated side by side.
     seen : (n,) or (n, L) array of bool
         True for valid samples.
     power : float or (L,) array
         Mean square of the control.
+
+    Returns
+    -------
+    bool or (L,) array of bool
+        One value for each loop.
     """
     left = np.sqrt(np.sum(np.where(seen, off, 0.0) ** 2, axis=0))
     least = _MIN_START_ERROR * np.sqrt(power * seen.sum(axis=0))
@@ -234,7 +263,7 @@ def at_rest_misses(
 
 
 def below_limit(axis: GeneratedAxis, control: Array) -> NDArray[np.bool_]:
-    """Return True for controls below the drive's limit."""
+    """Return True for each control, (N,), whose size is below the drive's limit."""
     return np.abs(control) < limit_in_log(axis) * (1 - LIMIT_TOLERANCE.value)
 
 
@@ -246,7 +275,9 @@ def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDA
 
 
 def _state_in_motion(axis: GeneratedAxis, ticks: LawInputs) -> Array:
-    """Return the memory after a motion at constant velocity before the first evaluation, (m,).
+    """Return the memory of law and delay that a motion at constant velocity has left, (m,).
+
+    The motion is that of the first samples, extrapolated to the time before the first evaluation.
 
     For a law that differences positions, a motion that starts at once from rest is a jump: its
     control is then at the drive's limit for any other memory.
@@ -258,6 +289,7 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawInputs) -> Array:
         slope = (values[-1] - values[0]) / max(len(values) - 1, 1)
         return np.append(values[0] + slope * before, values[0])
 
+    # Inputs of the law during the motion before the record.
     way = LawInputs.at_samples(
         led(ticks.reference),
         led(ticks.position),
@@ -270,7 +302,19 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawInputs) -> Array:
 def _solved(
     axis: GeneratedAxis, ticks: LawInputs, wanted: Array, seen: NDArray[np.bool_], state: Array
 ) -> tuple[Array, Array, int]:
-    """Estimate the memory from the controls by Newton's method, starting from another memory.
+    """Estimate the memory of law and delay from the controls by Newton's method.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    ticks : LawInputs
+        Inputs of the law in the first n samples.
+    wanted : (n,) array
+        Recorded control without the added test signal.
+    seen : (n,) array of bool
+        True for valid samples.
+    state : (m,) array
+        Memory from which Newton's method starts.
 
     Returns
     -------
@@ -297,9 +341,11 @@ def _solved(
 def with_drive_memory(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
 ) -> LoopStart:
-    """Return a start with the pending commands and the force of the drive, from the first controls.
+    """Return a start whose memory also has the state of the drive, from the first controls.
 
-    Before the record, the drive is assumed to have received the first control.
+    The state of the drive has the commands that are still pending in its delay, and its force.
+    Before the record, the drive is assumed to have received the first control. A drive without
+    delay and lag leaves the start unchanged.
 
     Parameters
     ----------
@@ -308,7 +354,7 @@ def with_drive_memory(
     span : tuple of int
         The segment: first row and the one after the last.
     start : LoopStart
-        With the memory of the law; None for that of an axis at rest.
+        Start with the memory of the law, or with None for that of an axis at rest.
     """
     response, first = axis.response, span[0]
     if response is None:
@@ -328,6 +374,7 @@ def with_drive_memory(
     ahead[len(ahead) - response.keeps_force :] = 0
     rows = np.minimum(first + ahead, span[1] - 1)
     controls, path = np.asarray(record.control)[rows], axis.drive.path
+    # Commands of the control, and the forces that they make at the initial position and velocity.
     last = float(np.asarray(record.control)[first])
     if axis.drive.logs_what_acts:
         last = path.command(last)

@@ -54,13 +54,17 @@ def first_velocity(position: Array, period: float) -> float:
 def first_coefficient(values: Array, *, degree: int, power: int) -> float:
     """Return a coefficient of the polynomial fitted to the first values; 0 if not significant.
 
+    More and more values are fitted, as long as the coefficient stays within the confidence
+    intervals of all shorter fits. It is significant if it differs from 0 in the first half of these
+    values by more than `MIN_START_DISTANCE` standard errors.
+
     Parameters
     ----------
     values : (N,) array
     degree : int
-        Degree of the polynomial in samples.
+        Degree of the polynomial in the number of samples since the first.
     power : int
-        Power whose coefficient is returned.
+        Power of the sample number whose coefficient is returned, in the unit of the values.
     """
     noise = position_noise(values)
     low, high, found, used = -math.inf, math.inf, 0.0, 0
@@ -79,9 +83,10 @@ def first_coefficient(values: Array, *, degree: int, power: int) -> float:
 
 
 def position_noise(position: Array) -> float:
-    """Return the standard deviation of white noise of positions, (N,), from the first 200.
+    """Return the standard deviation of the white noise of positions, (N,), in their unit.
 
-    The root of ``mean d^2 / C(2k, k)`` of the differences d of order k = 4.
+    It is the root of ``mean d^2 / C(2k, k)`` of the differences d of order k = 4, of the first 200
+    positions.
     """
     some = position[:_NOISE]
     order = min(_ORDER, len(some) - 1)
@@ -89,7 +94,10 @@ def position_noise(position: Array) -> float:
 
 
 def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
-    """Return a least-squares coefficient and its standard error."""
+    """Return a least-squares coefficient of a polynomial in the samples, and its standard error.
+
+    `noise` is the standard deviation of the values.
+    """
     weights, size = _weights(len(values), degree, power)
     return float(weights @ values), noise * size
 

@@ -30,21 +30,27 @@ LIMIT = "drive's limit"  # a name next to the terms of a law, for values other t
 
 @lru_cache(maxsize=64)  # called for each segment of a record
 def with_limit(axis: GeneratedAxis, limit: float, *, native: bool) -> GeneratedAxis:
-    """Return the axis with another limit of its drive, compiled or not."""
+    """Return the axis with another limit of its drive, in the unit of the control.
+
+    `native` is True to compile the simulation of the axis.
+    """
     return build(replace(axis.axis, drive=replace(axis.drive, limit=limit)), native=native)
 
 
 @cached_while_alive
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
-    """Return the times of the law's evaluations along a segment; None if at each sample.
+    """Return the clocks of law and log along a segment; None if the law runs at each sample.
+
+    Where the law is slower than the log, the first evaluation is found from the samples at which
+    the recorded control changes.
 
     Parameters
     ----------
     axis : GeneratedAxis
-        With a control law.
+        Axis with a control law.
     record : Record
     span : tuple of int
-        First row and the one after the last.
+        The segment: first row and the one after the last.
     """
     law = law_of(axis)
     ratio = law_clock(law, record).ratio or 1.0
@@ -62,15 +68,17 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
 
 
 def _first_change(control: Array, samples: float) -> float:
-    """Return the time of the last change of a held control before the first sample, in samples.
+    """Return the time of the last change of the control at or before the first sample, in samples.
 
-    The time is 0 or negative; 0 if the changes are not periodic.
+    A law that is slower than the log changes the control periodically. The time is 0 or negative,
+    and 0 if the changes are not periodic.
 
     Parameters
     ----------
     control : (N,) array
+        Recorded control.
     samples : float
-        Number of samples for which each control is held.
+        Number of samples for which the law holds each value of the control.
     """
     changes = np.flatnonzero(np.diff(control)) + 1.0
     whole = math.isclose(samples, round(samples), rel_tol=1e-3)
@@ -87,14 +95,14 @@ def _first_change(control: Array, samples: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawInputs:
-    """Input signals of a law at its evaluations.
+    """Input signals of a control law at its M evaluations.
 
     Attributes
     ----------
     reference, position, velocity : (M,) array
-        At the evaluations.
+        Values that the law reads.
     added : (M,) array
-        Signal that is added to the law's output.
+        Test signal that is added to the law's output.
     recorded : tuple of (M,) array
         Recorded signals in the order of the axis's declaration.
     held : (N,) array of int
@@ -110,7 +118,10 @@ class LawInputs:
 
     @property
     def signals(self) -> tuple[Array, ...]:
-        """Arguments of a law's function before its memory, (M,) each."""
+        """Reference, position, velocity and recorded signals, (M,) each.
+
+        They are the first arguments of a law's function, before its memory.
+        """
         return self.reference, self.position, self.velocity, *self.recorded
 
     @classmethod
@@ -133,10 +144,11 @@ class LawInputs:
         )
 
     def __len__(self) -> int:
+        """Return the number M of evaluations."""
         return len(self.reference)
 
     def first(self, samples: int) -> "LawInputs":
-        """Return the inputs for the first samples of the log."""
+        """Return the inputs of the evaluations during the first `samples` samples of the log."""
         held = self.held[:samples]
         until = int(held[-1]) + 1
         return LawInputs(
@@ -149,7 +161,10 @@ class LawInputs:
         )
 
     def added_at_samples(self, delay: int) -> Array:
-        """Return the added signal at the samples of the log, (N,), delayed by some evaluations."""
+        """Return the added test signal at the samples of the log, (N,).
+
+        It is delayed by `delay` evaluations of the law, and 0 before its start.
+        """
         late = self.held - delay
         return np.where(late < 0, 0.0, self.added[np.maximum(late, 0)])
 
@@ -157,7 +172,18 @@ class LawInputs:
 def recorded_inputs(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
 ) -> LoopInputs:
-    """Return the inputs of the simulated loop of a segment of a record with a reference."""
+    """Return the inputs of the simulated loop for one segment of a record with a reference.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        Axis with a control law.
+    record : Record
+    span : tuple of int
+        The segment: first row and the one after the last.
+    start : LoopStart
+        Initial state of the loop.
+    """
     rows, added = slice(*span), record.added_control
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return LoopInputs(
@@ -174,7 +200,9 @@ def law_ticks(
 ) -> LawInputs:
     """Return the inputs of the axis's law along a segment of a record with a reference.
 
-    An ideal velocity is the derivative of the low-passed positions. With `noisy` it is that of the
+    The signals of the log are interpolated at the evaluations of the law where these are not the
+    samples. The velocity is 0 unless the law reads the velocity of an ideal sensor, which is not
+    logged. It is then the derivative of the low-passed positions. With `noisy` it is that of the
     recorded positions, for a comparison that passes the same low-pass itself: passing it twice
     would distort the velocity at corners of the motion.
     """
@@ -212,25 +240,25 @@ def measured_velocity(position: Array, period: float) -> Array:
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawInputs) -> Array:
-    """Return the declared memory of law and delay for an axis at rest at the start, (m,)."""
+    """Return the declared memory of law and delay for an axis that starts at rest, (m,)."""
     read = ticks.reference[0], ticks.position[0], *(values[0] for values in ticks.recorded)
     return np.asarray(axis.functions["control_start"](*read).full().ravel()[: law_memory(axis)])
 
 
 def law_memory(axis: GeneratedAxis) -> int:
-    """Return the length m of the memory of law and delay, without that of the drive."""
+    """Return the number m of memory elements of law and delay, without those of the drive."""
     return int(axis.functions["control_law"].size1_in("state"))
 
 
 def law_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """Return the control of the law along recorded signals, as it is logged, (N,).
 
-    Without the drive's limit, unless the log has the acting control.
+    The limit of the drive is not applied, unless the log has the control that acts on the axis.
 
     Parameters
     ----------
     axis : GeneratedAxis
-        With a control law.
+        Axis with a control law.
     ticks : LawInputs
         Inputs of the law.
     start : (m,) array
@@ -257,7 +285,10 @@ def control_at_ticks(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Arr
 
 
 def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """Return the derivative of `control_along` by the memory at the start, (N, m)."""
+    """Return the derivative of `control_along` by the memory at the start, (N, m).
+
+    The derivatives of single evaluations are chained along the evaluations of the law.
+    """
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
     # CasADi returns the matrices of all evaluations side by side.
@@ -273,7 +304,7 @@ def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
 
 
 def states_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """Return the memory of law and delay at each evaluation, (M, m)."""
+    """Return the memory of law and delay before each evaluation, (M, m)."""
     after, _ = run_law(axis.functions["control_law"], start, ticks.signals)
     return np.vstack([start, after[:-1]])
 
@@ -312,9 +343,19 @@ def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Arra
 # creating one for a whole record as long as many.
 @lru_cache(maxsize=64)
 def _block_of(step: Any, _thread: int) -> tuple[list[Array], list[Array], Callable[[], None], Any]:
-    """Return argument arrays, result arrays, the call of a block of evaluations, and its buffer.
+    """Return arrays and a function that evaluate a law at `_BLOCK` successive times in one call.
 
-    Cached for each thread by its number, as the arrays hold the values of one run.
+    They are cached for each thread, by the number of the thread, because the arrays hold the values
+    of one run.
+
+    Returns
+    -------
+    arguments, results : list of array
+        Arrays of the arguments and of the results, to be filled before and read after the call.
+    run : callable
+        The call.
+    buffer : object
+        CasADi's buffer, which must exist as long as the call is used.
     """
     block = law_over_block(step, _BLOCK)
     # Converting arrays to CasADi matrices takes much longer than a run.

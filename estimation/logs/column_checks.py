@@ -1,4 +1,4 @@
-"""Check columns of several formats: each name occurs once, and no truth value is among numbers."""
+"""Checks of columns of several formats: unique names, and no truth values among numbers."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -10,7 +10,7 @@ from axisid.estimation.raw_tables import twice
 
 
 def once(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Return values by name, where each name occurs once.
+    """Return the values by name, from pairs of a name and a value; refuse repeated names.
 
     Raises
     ------
@@ -30,7 +30,7 @@ MIXED_TRUTHS = "true or false among numbers"
 
 
 def has_mixed_truths(cells: Sequence[Any]) -> bool:
-    """Return True if some of the cells, but not all, are true or false."""
+    """Return True if some cells of a column, but not all, are true or false."""
     there = [cell for cell in cells if cell is not None]
     truths = sum(isinstance(cell, (bool, np.bool_)) for cell in there)
     return 0 < truths < len(there)

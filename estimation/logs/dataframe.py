@@ -13,14 +13,14 @@ from .column_checks import MIXED_TRUTHS, has_mixed_truths
 
 
 def read_frame(frame: object) -> Table:
-    """Read the columns of a mapping of arrays, or of any dataframe that narwhals knows.
+    """Return the columns of a mapping of arrays, or of any dataframe that narwhals supports.
 
     Raises
     ------
     UsageError
-        It is neither.
+        The argument is neither a mapping nor such a dataframe, or a column is no array of numbers.
     DataError
-        Names occur twice.
+        Two columns have the same name.
     """
     if isinstance(frame, Mapping):
         arrays = [(str(name), _array(str(name), values)) for name, values in frame.items()]
@@ -43,6 +43,7 @@ def read_frame(frame: object) -> Table:
 
 
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
+    """Return the values of a column of a mapping as an array; refuse masked or ragged values."""
     if np.ma.is_masked(values):
         raise UsageError(
             f"the column {name!r} is masked. Give numbers, with NaN for missing values.",
@@ -60,6 +61,7 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
 
 
 def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
+    """Return the names and values of the columns of a dataframe."""
     import narwhals
 
     try:

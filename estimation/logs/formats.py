@@ -1,6 +1,6 @@
-"""A log of any format as a table: the formats, and what packs them, a row for each.
+"""Reading of a log of any format as a table, and the list of all formats and compressions.
 
-A new format is a reader in a file of its own and a row.
+A new format needs a reader in a file of its own, and an entry in `FORMATS`.
 """
 
 import gzip
@@ -34,7 +34,7 @@ from .tdms import read_tdms
 
 
 def _zstd(file: Path, content: Any) -> Any:
-    """By Python itself from 3.14 on, else by pyarrow."""
+    """Return a stream of the decompressed content: by Python from 3.14 on, otherwise by pyarrow."""
     with suppress(DataError):
         return library("compression.zstd", "zstd", file).open(content)
     arrow = library("pyarrow", "zstd", file)
@@ -43,28 +43,30 @@ def _zstd(file: Path, content: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
-    """A format of logs, or of packed files. One without a reader is delimited text.
+    """A format of logs, or of compressed files. A format without a reader is delimited text.
 
     Attributes
     ----------
     name : str
-        What it is called in a sentence.
+        Name of the format in messages.
     endings : tuple of str
-        In lower case, first the one that advice gives.
+        Endings of its files in lower case; messages advise the first one.
     signatures : mapping of bytes to str
-        First bytes by which a file is known that has another ending, and what one that begins so
-        is. A format without any may be text.
+        First bytes that identify a file of this format, also with another ending, and a description
+        of such a file. A format without signatures may be text.
     provided : str
-        What else must be true of a file that begins so for it to be a log.
+        Condition under which a file with such first bytes is a log, for messages.
     read : callable or None
-        The table of a file's content, from its path, content and the memory that there is.
+        Function that returns the table of a file from its path, its content and the available
+        memory; None for other formats.
     read_file : callable or None
-        The table of a file that its library opens by itself, from its path and the memory.
+        Function that returns the table of a file that its library opens itself, from its path and
+        the available memory; None for other formats.
     opened : callable or None
-        Of what packs a file of another format: a stream of what is unpacked, from its path and a
-        stream of its content.
+        Function of a compression: it returns a stream of the decompressed content from the path
+        and a stream of the content. None for a format of logs.
     extra : str
-        Of `pyproject.toml`, for what it needs beyond the core.
+        Optional dependency in `pyproject.toml` that the format needs; empty for none.
     """
 
     name: str
@@ -78,11 +80,11 @@ class Format:
 
     @property
     def is_text(self) -> bool:
-        """Return whether it is read as delimited text."""
+        """True if files of this format are read as delimited text."""
         return self.read is None and self.read_file is None and self.opened is None
 
 
-#: In the order of messages.
+#: All formats, in the order in which messages list them.
 FORMATS = (
     Format(name="delimited text", endings=(".csv", ".tsv", ".txt")),
     Format(name="LabVIEW measurement", endings=(".lvm",)),
@@ -168,18 +170,18 @@ FORMATS = (
 
 
 def format_of(file: Path) -> Format:
-    """Return the format that a file has by its ending; any that no other has is text's."""
+    """Return the format of a file by its ending; delimited text for an unknown ending."""
     return next((each for each in FORMATS if file.suffix.lower() in each.endings), FORMATS[0])
 
 
 def log_endings() -> tuple[str, ...]:
-    """Return the endings by which a file is known to be a log."""
+    """Return the endings of all formats of logs and of compressed files."""
     return tuple(ending for each in FORMATS for ending in each.endings)
 
 
 _ASK = "give the file the ending "
 _JSON = rb'(\xef\xbb\xbf)?\s*(\{\s*"|\[\s*[\[{])'
-#: What first bytes are like of what is no log, what such a file is, and what to do.
+#: Pattern of the first bytes of a file that is no log, its description, and the remedy.
 _NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
     (rb"PK\x03\x04.*\bxl/", "an Excel workbook", "save the sheet of the log as CSV"),
     (rb"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz"),
@@ -198,7 +200,17 @@ _NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
 def read_table(
     log: str | Path | object, *, drop_tail: bool = False, max_memory: float | None = None
 ) -> Table:
-    """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
+    """Return all columns of a log of any format.
+
+    Parameters
+    ----------
+    log : str, Path, dataframe or mapping
+        As in `read_record`.
+    drop_tail : bool
+        True if incomplete lines at the end of a text may be left out, see `Repairs.tail`.
+    max_memory : float, optional
+        Largest memory for reading a file, bytes.
+    """
     if isinstance(log, (str, Path)):
         table = _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
         table = replace(table, source=str(log))
@@ -211,6 +223,14 @@ def read_table(
 
 
 def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
+    """Return the columns of a file or the folder of a ROS 2 bag, with its SHA-256 and path.
+
+    Raises
+    ------
+    DataError
+        The file is missing, is of another format than its ending says, changes while it is read,
+        or needs more memory than there is (`room`).
+    """
     bag = is_bag(file)
     _check_regular(file, folder=bag)
     reader = read_bag if bag else format_of(file).read_file
@@ -242,7 +262,7 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
 
 
 def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
-    """The table of a file's content, unpacked where it is compressed."""
+    """Return the table of a file's content, which is decompressed first if it is compressed."""
     packing = log_format = format_of(file)
     notes: tuple[str, ...] = ()
     if packing.opened is not None:
@@ -267,24 +287,26 @@ def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table
 def _unpacked(
     opened: Callable[[Path, Any], Any], file: Path, content: bytes, room: Room, *, text: bool
 ) -> bytes:
-    """The content of a packed file.
+    """Return the decompressed content of a file.
 
     Parameters
     ----------
     opened : callable
-        Of the format that packs it.
+        Function that opens a stream of the decompressed content, see `Format.opened`.
     file : Path
-        For messages.
+        Path of the file, for messages.
     content : bytes
+        Compressed content.
     room : Room
-        The memory that there is for it.
+        Available memory.
     text : bool
-        Whether it is read as text, which is counted at once: text takes the most.
+        True if the content is text; the memory for its columns is then counted at once, as it is
+        larger than that of other formats.
 
     Raises
     ------
     DataError
-        It is damaged, or unfolds to more than there is room for.
+        The file is damaged, or its content needs more memory than there is.
     """
     pieces = []
     with (
@@ -300,12 +322,12 @@ def _unpacked(
 
 
 def _check_regular(file: Path, *, folder: bool) -> None:
-    """Refuse what is there but is no file with an end, such as a pipe, and no folder that may be.
+    """Refuse a path that is no regular file, such as a pipe; a folder is allowed if `folder`.
 
     Raises
     ------
     DataError
-        It is not a regular file or a folder, or there is none.
+        The path is neither a regular file nor an allowed folder, or does not exist.
     """
     try:
         mode = file.stat().st_mode
@@ -324,7 +346,10 @@ def _check_regular(file: Path, *, folder: bool) -> None:
 
 
 def _wrong_kind(file: Path) -> tuple[str, str] | None:
-    """What a file is by its first bytes and what to do, where its ending surely says another."""
+    """Return the kind of a file by its first bytes, and the remedy, if its ending is wrong.
+
+    None if the ending may be correct.
+    """
     with file.open("rb") as stream:
         head = stream.read(4096)
     named = format_of(file)

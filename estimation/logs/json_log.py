@@ -34,12 +34,23 @@ _DEEPEST = 8  # names below one another
 
 
 def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) -> Table:
-    """Read a log that is one JSON document, or has one record or row of it in each line.
+    """Return the table of a log in JSON: one document, or one record or row in each line.
+
+    Parameters
+    ----------
+    file : Path
+        Path of the file, for messages.
+    content : bytes
+    room : Room
+        Available memory.
+    lines : bool
+        True if each line is a record or a row.
 
     Raises
     ------
     DataError
-        It is no JSON, or a line is none: which; it holds no columns, or there is no room for it.
+        The content, or a line, is not JSON; it has no columns; or it needs more memory than there
+        is.
     """
     records = lines or content.count(b"{") > 1 + content.count(b"[")
     room.take((_UNFOLDED_RECORDS if records else _UNFOLDED) * len(content))
@@ -61,7 +72,10 @@ def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) ->
 
 
 def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
-    """Return the content of a JSON text; NaN and Infinity, as most writers write, are allowed."""
+    """Return the objects of a JSON text; NaN and Infinity are allowed, as many programs write them.
+
+    `line` is the number of the line in the file, for messages; 0 for a whole document.
+    """
     try:
         return json.loads(content.decode("utf-8-sig"), object_pairs_hook=once)
     except AxisidError:
@@ -78,7 +92,10 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
 
 
 def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
-    """Return the columns of a document by name, with a dot between nested names."""
+    """Yield the columns of a document by name, with a dot between nested names.
+
+    `name` is the name of the part of the document, from the names above it.
+    """
     if (
         isinstance(document, list)
         and document
@@ -107,7 +124,7 @@ def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
 
 
 def _leaves(record: Mapping[str, Any], above: str = "") -> Iterable[tuple[str, Any]]:
-    """Return the values of a record by name, with a dot between nested names."""
+    """Yield the values of a record by name, with a dot between nested names."""
     for key, value in record.items():
         if isinstance(value, Mapping) and above.count(".") < _DEEPEST:
             yield from _leaves(value, f"{above}{key}.")
@@ -116,7 +133,10 @@ def _leaves(record: Mapping[str, Any], above: str = "") -> Iterable[tuple[str, A
 
 
 def _of_lists(lists: Sequence[Any]) -> Iterable[tuple[str, _Cells]]:
-    """Return the columns of rows of cells; the first row may contain their names."""
+    """Yield the columns of rows of cells; the first row may contain their names.
+
+    Nothing is yielded if the rows have different lengths.
+    """
     first = lists[0]
     named = bool(first) and all(isinstance(c, str) and not is_stamp(c) for c in first)
     names = first if named else [f"#{k}" for k in range(1, len(first) + 1)]
@@ -126,9 +146,10 @@ def _of_lists(lists: Sequence[Any]) -> Iterable[tuple[str, _Cells]]:
 
 
 def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:
-    """Return numbers with nan for empty cells, or the seconds of time stamps with an assumption.
+    """Return the cells of a column as an array, (N,), and a note.
 
-    Other cells are returned as texts.
+    Numbers have NaN for empty cells. Time stamps are seconds from the first one, with a note on
+    this; the note is empty otherwise. Other cells are texts.
     """
     if all(cell is None or isinstance(cell, (int, float)) for cell in cells):
         with suppress(OverflowError):

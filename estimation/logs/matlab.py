@@ -17,7 +17,7 @@ from axisid.support.memory import Room
 T = TypeVar("T")
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
+_USER_BLOCK = 512  # bytes of MATLAB's own header before the HDF5 part
 _OBJECT = object()  # that only MATLAB opens
 _NUMERIC = {
     "double",
@@ -28,7 +28,7 @@ _NUMERIC = {
 
 
 def read_matlab(file: Path, content: bytes, room: Room) -> Table:
-    """Read a MATLAB file.
+    """Return the table of a MATLAB file.
 
     Numeric vectors are columns, the columns of a matrix are numbered from 1 (``data.1``), fields
     of structures are named as in MATLAB (``log.position``, ``log.signals.2.values``), elements of
@@ -37,8 +37,8 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     Raises
     ------
     DataError
-        The file is damaged, unfolds to more than there is room for, or holds nothing but objects;
-        what to run in MATLAB is said.
+        The file is damaged, needs more memory than there is, or holds nothing but objects; the
+        message gives the MATLAB commands that save their numbers.
     """
     hdf5 = _HDF5 in (content[: len(_HDF5)], content[_USER_BLOCK : _USER_BLOCK + len(_HDF5)])
     variables = (_of_hdf5 if hdf5 else _of_scipy)(file, content, room)
@@ -64,6 +64,7 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
 
 
 def _of_scipy(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
+    """Return the variables of a MATLAB file up to version 7.2 by name; `_OBJECT` for objects."""
     from scipy.io import loadmat
 
     _take_elements(raw, room)
@@ -83,7 +84,7 @@ def _of_scipy(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
 
 
 def _check_names(raw: bytes) -> None:
-    """Refuse two variables of one name in a file of version 4, of which SciPy keeps one."""
+    """Refuse two variables of the same name in a file of version 4, as SciPy keeps only one."""
     from scipy.io import matlab, whosmat
 
     if matlab.matfile_version(io.BytesIO(raw))[0] == 0:  # type: ignore[arg-type]
@@ -94,7 +95,10 @@ def _check_names(raw: bytes) -> None:
 
 
 def _with_one_of_each(load: Callable[[], T]) -> T:
-    """What SciPy loads; two variables of one name, of which it keeps one and warns, are refused."""
+    """Return the result of a load by SciPy; refuse two variables of the same name.
+
+    SciPy keeps only one of them and warns.
+    """
     from scipy.io.matlab import MatReadWarning
 
     with warnings.catch_warnings():
@@ -106,9 +110,9 @@ def _with_one_of_each(load: Callable[[], T]) -> T:
 
 
 def _take_elements(raw: bytes, room: Room) -> None:
-    """Count what the elements of a file hold, packed ones unpacked, before any is held.
+    """Take the memory of the decompressed elements of a file from `room`, before they are loaded.
 
-    What is damaged is left to the parser, which says so.
+    Damaged elements are ignored here; the parser refuses them.
     """
     if 1032 * len(raw) <= room.left:  # the most that zlib's bytes unfold to
         return
@@ -129,11 +133,15 @@ def _take_elements(raw: bytes, room: Room) -> None:
 
 
 def _text(value: object) -> str:
+    """Return a name or attribute as text; bytes are decoded as UTF-8."""
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """What lies in structures and cells, by dotted names; elements are numbered from 1."""
+    """Yield the values inside structures and cells, by dotted names; elements are numbered from 1.
+
+    `path` is the name of the value.
+    """
     if isinstance(value, np.ndarray) and value.dtype == object:
         value = value.ravel(order="F").tolist()
     if hasattr(value, "_fieldnames"):  # SciPy's structure, as one of a matrix of them
@@ -148,13 +156,18 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _of_hdf5(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
+    """Return the variables of a MATLAB file of version 7.3 by name; `_OBJECT` for objects."""
     h5py = library("h5py", "h5py", file)
 
     def refers(node: Any) -> bool:
+        """Return True for a data set of references to other nodes."""
         return isinstance(node, h5py.Dataset) and h5py.check_ref_dtype(node.dtype) is h5py.Reference
 
     def value(node: Any) -> Any:
-        """What a group or a data set holds, as SciPy has it; MATLAB stores arrays transposed."""
+        """Return the value of a group or a data set in the form that SciPy gives.
+
+        MATLAB stores arrays transposed.
+        """
         kind = _text(node.attrs.get("MATLAB_class", b"double"))
         if isinstance(node, h5py.Group):
             fields = {name: value(inner) for name, inner in node.items()}

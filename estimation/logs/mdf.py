@@ -12,15 +12,16 @@ from axisid.support.memory import Room
 
 
 def read_mdf(file: Path, room: Room) -> Table:
-    """Read an MDF file; a channel has the master time of its group, and its unit.
+    """Return the table of an MDF file; a channel has the master time of its group, and its unit.
 
-    Channels whose names occur several times are named ``GROUP.NAME``, groups numbered from 0 as in
-    MDF tools; where that occurs twice too, ``GROUP.INDEX.NAME``. Samples marked as invalid are nan.
+    Channels whose names occur several times are named ``GROUP.NAME``, with groups numbered from 0
+    as in MDF tools; if that name occurs twice too, ``GROUP.INDEX.NAME``. Samples that are marked as
+    invalid are NaN.
 
     Raises
     ------
     DataError
-        It is damaged, unfolds to more than there is room for, or asammdf is not installed.
+        The file is damaged, needs more memory than there is, or asammdf is not installed.
     """
     asammdf, builder = library("asammdf", "mdf", file), TableBuilder(room=room)
     with (

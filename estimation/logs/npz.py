@@ -19,15 +19,17 @@ from .column_checks import once
 
 
 def read_npz(file: Path, content: bytes, room: Room) -> Table:
-    """Read a NumPy archive: vectors, columns of matrices (``data.1``), fields of records.
+    """Return the table of a NumPy archive.
 
-    Units are those of an entry ``axisid.units``, JSON by name, if there is one.
+    Columns are vectors, columns of matrices (``data.1``), and fields of records. Their units are
+    those of an entry ``axisid.units``, JSON by name, if there is one. Python objects are passed
+    over, as they could execute code.
 
     Raises
     ------
     DataError
-        It is damaged, or holds Python objects (which could run code) or no vectors, its units
-        cannot be read, or it unfolds to more than there is room for.
+        The archive is damaged, has no vectors, its units cannot be read, or it needs more memory
+        than there is.
     """
     builder = TableBuilder(room=room)
     with (
@@ -51,7 +53,10 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
 
 
 def _add_entry(builder: TableBuilder, name: str, archive: Any, units: Mapping[str, str]) -> None:
-    """Add an array, or the fields of records; pass over objects, which could execute code."""
+    """Add an array, or the fields of its records, to the table; pass over Python objects.
+
+    Python objects could execute code. `units` has the units by name.
+    """
     try:
         array = archive[name]
     except ValueError as error:

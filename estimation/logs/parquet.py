@@ -9,12 +9,12 @@ from axisid.support.memory import Room
 
 
 def read_parquet(file: Path, content: bytes, room: Room) -> Table:
-    """Read a Parquet file; units come from the metadata of its fields, or from their names.
+    """Return the table of a Parquet file; units are in the metadata of its fields or their names.
 
     Raises
     ------
     DataError
-        It is damaged, unfolds to more than there is room for, or pyarrow is not installed.
+        The file is damaged, needs more memory than there is, or pyarrow is not installed.
     """
     arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
     batches = []

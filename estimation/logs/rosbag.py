@@ -16,16 +16,17 @@ _CALENDAR = 10**17  # ns, in 1973, beyond which a clock is one of the calendar
 
 
 def read_bag(path: Path, room: Room) -> Table:
-    """Read the JointState messages of a ROS 1 bag or a ROS 2 bag (its folder, or a file of it).
+    """Return the joints of the JointState messages of a ROS 1 bag, or a ROS 2 bag.
 
-    Columns are ``JOINT.position``, ``JOINT.velocity`` and ``JOINT.effort``, before them the topic
-    where several have such messages. Times are those of the messages' headers, or of a topic
-    whose headers lack some those of recording, and count from the earliest of all topics.
+    A ROS 2 bag is given by its folder, or by a file in it. Columns are ``JOINT.position``,
+    ``JOINT.velocity`` and ``JOINT.effort``; the topic precedes the name if several topics have such
+    messages. Times are those of the messages' headers. If headers of a topic have no time, its
+    times are those of recording. All times count from the earliest one of all topics.
 
     Raises
     ------
     DataError
-        It is damaged, has no such messages or more than there is room for, or rosbags is not
+        The bag is damaged, has no such messages, needs more memory than there is, or rosbags is not
         installed.
     """
     highlevel = library("rosbags.highlevel", "rosbags", path)
@@ -60,7 +61,7 @@ def read_bag(path: Path, room: Room) -> Table:
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a folder is a ROS 2 bag."""
+    """Return True if a folder is a ROS 2 bag."""
     return os.path.isfile(path / "metadata.yaml")
 
 
@@ -78,7 +79,7 @@ def _joints(
 ) -> tuple[NDArray[np.int64], str, dict[str, dict[int, float]]]:
     """Return the times of a topic's messages, ns, a note on them, and values by joint and message.
 
-    Where a header of the topic has no time, all times are those of recording.
+    If a header of the topic has no time, all times are those of recording.
     """
     chosen = [c for c in reader.connections if c.topic == topic and c.msgtype == _JOINT_STATE]
     recorded, stamps = [], []

@@ -15,15 +15,15 @@ from axisid.support.memory import Room
 
 
 def read_tdms(file: Path, room: Room) -> Table:
-    """Read a TDMS file; a waveform channel has its own time track, and its unit.
+    """Return the table of a TDMS file; a waveform channel has its own times, and its unit.
 
-    Channels are named ``GROUP.NAME``; the name alone serves where it is the only one. Times count
-    from the earliest start of a waveform.
+    Channels are named ``GROUP.NAME``. A name without its group can be used if it is unique. Times
+    count from the earliest start of a waveform.
 
     Raises
     ------
     DataError
-        It is damaged, too large, or npTDMS is not installed.
+        The file is damaged or too large, or npTDMS is not installed.
     """
     nptdms, log = library("nptdms", "tdms", file), library("nptdms.log", "tdms", file)
     builder = TableBuilder(room=room)
@@ -51,6 +51,7 @@ def _waveform(channel: Any) -> tuple[np.datetime64 | None, float]:
 
 
 def _add_channel(builder: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
+    """Add a channel to the table, with times from `origin`, the earliest start of a waveform."""
     name = f"{channel.group_name}.{channel.name}"
     try:
         values = channel[:]
@@ -81,6 +82,7 @@ def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
     messages: list[str] = []
 
     def kept(record: logging.LogRecord) -> bool:
+        """Store a message, shortened, and return False, so that it is not printed."""
         messages.append(textwrap.shorten(record.getMessage(), 100))
         return False
 

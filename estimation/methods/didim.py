@@ -39,19 +39,21 @@ _HALVINGS = 6
 
 
 class _ByOutputError(Iteration):
-    """Iteration with the rows of the simulated loop and a measured left side.
+    """Iteration of DIDIM: the measured force is regressed on the rows of the simulated loop.
 
-    It minimises the simulation error of the loop, so that a step that increases this error is too
-    long.
+    The iteration lowers the simulation error of the loop, so a step that increases this error is
+    too long and is halved.
 
-    If the motion of the loop depends on the parameters, as with a PI law, its derivatives J differ
-    from its rows Z, and the steps by Z hardly shrink or are many. From then on the steps are
-    Newton's steps towards the same estimate: ``(Z'J)^-1 Z'`` times the residual force of the loop.
+    The first steps use the rows Z of the loop as regressor. If the motion of the loop depends on
+    the parameters, as with a PI law, the derivatives J of the simulated force differ from Z, and
+    these steps hardly shrink. From then on the steps are Newton's steps towards the same estimate:
+    ``(Z'J)^-1 Z'`` times the residual force of the loop.
     """
 
     _by_slopes = False
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
+        """Return the least-squares solution of the measured left side on the simulated rows."""
         left = at.measured.left - at.right.intercept
         solution = robust_solution(left, simulated, simulated, self._loss)
         return replace(solution, neighbours=self._on.neighbours)
@@ -59,8 +61,24 @@ class _ByOutputError(Iteration):
     def _next(
         self, step: IterationStep, physical: Array, share: float
     ) -> tuple[Array, SimulatedRows | None]:
+        """Return the next parameters, (p,), and the loops simulated with them.
+
+        Six lengths of the step are tried, each half the previous one, until the residual force of
+        the loop hardly increases. The loops are None for the last step of the iteration, and where
+        none of the lengths is accepted.
+
+        Parameters
+        ----------
+        step : IterationStep
+            Step from the present parameters to the least-squares solution there.
+        physical : (p,) array
+            Present parameters.
+        share : float
+            Part of the step that is tried first.
+        """
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
+        # Goal of the step: the extrapolated solution, or that of Newton's method for slow steps.
         is_slow = self._pace.stalls or len(self._iterates) > _MOST_BY_ROWS
         self._by_slopes = self._by_slopes or (self._form.is_linear and is_slow)
         goal = step.further
@@ -85,7 +103,10 @@ class _ByOutputError(Iteration):
         return wanted, None
 
     def _newton_goal(self, step: IterationStep) -> Array:
-        """Return the estimate for a simulated force that is linear in the parameters."""
+        """Return the parameters, (p,), at the end of a step of Newton's method.
+
+        They are the estimate if the simulated force were linear in the parameters.
+        """
         solver = Solver(
             loop=step.simulated,
             slopes=self._slopes(step.solution, step.at),
@@ -94,11 +115,19 @@ class _ByOutputError(Iteration):
         return self._form.physical(solver(self._form, step.at.measured).theta)[0]
 
     def _near(self, physical: Array, goal: Array) -> Array:
-        """Return a shorter step from parameters whose simulated loop does not follow the records.
+        """Return the end of a shortened step, (p,), for a loop that does not follow the records.
 
-        The solution for an oscillating loop would stop it at once: with nearly no inertia, or with
-        friction that drives the axis. The step stays within the bounds, and keeps at least a share
-        of every positive parameter.
+        The rows of an oscillating loop give a useless solution: nearly no inertia, or friction that
+        drives the axis. The step is therefore shortened, in its direction, until every positive
+        parameter keeps at least a quarter of its value. Its goal is first clipped to the declared
+        bounds.
+
+        Parameters
+        ----------
+        physical : (p,) array
+            Present parameters.
+        goal : (p,) array
+            End of the whole step.
         """
         lower, upper = (
             [getattr(p, end) for p in self._form.declared] for end in ("lower", "upper")
@@ -112,6 +141,10 @@ class _ByOutputError(Iteration):
     def _solved(
         self, step: IterationStep, reached: IterationState
     ) -> tuple[Equations, Solver, Solution]:
+        """Return the solved rows, their solver, and the solution with its influence of noise.
+
+        The influence is that of the derivatives of the simulated force, ``(Z'J)^-1 Z'``.
+        """
         left, slopes = reached.measured.left, self._slopes(step.solution, reached)
         solver = Solver(loop=step.simulated, slopes=slopes, counts=step.solution.counts)
         rows = replace(step.at.right if self._form.is_linear else reached.right, left=left)
@@ -119,10 +152,11 @@ class _ByOutputError(Iteration):
         return rows, solver, replace(step.solution, influence=influence)
 
     def _slopes(self, solution: Solution, at: IterationState) -> Equations:
-        """Return the simulated left side, (n,), as a linear function of the parameters.
+        """Return the simulated left side, (n,), linearised in the k regression parameters.
 
-        The derivatives are differences over a standard error, because reversals that move from one
-        sample to the next have no derivative.
+        Its regressor, (n, k), has the derivatives J. A derivative is the difference quotient over
+        one standard error of its parameter, because reversals that move from one sample to the next
+        have no derivative.
         """
         simulated, Z, theta = at.simulated, at.right.regressor, self._form.regressed(at.physical)
         J = Z.copy()

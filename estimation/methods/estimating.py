@@ -79,6 +79,7 @@ def estimate_by(
     EstimationError
         The rows cannot be solved, or the solution is not finite.
     """
+    # The solution of the rows, and the covariances of its parameters.
     fit = method.fitted(problem)
     form, solution, solver, y = fit.form, fit.solution, fit.solver, fit.measured.left
     weights = problem.row_weights
@@ -86,6 +87,7 @@ def estimate_by(
     models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
     known = _known_spread(problem, fit)
     applied = _applied(method, fit, models, known, jacobian)
+    # Rows are reported without the weights of their records.
     direct = isinstance(form, DirectForm)
     residuals, left = _own_rows(solution.residuals, weights), _own_rows(y, weights)
     simulated, error = fit.simulated, None
@@ -135,9 +137,25 @@ def _applied(
     known: Array,
     jacobian: Array,
 ) -> dict[str, CovarianceEstimate]:
-    """Return the covariances of the regression's own parameters, by name; refused if not finite.
+    """Return the covariances of the regression's own parameters, (k, k) each, by name.
 
-    Each includes the uncertainty by values that are known with a standard deviation, (k, k).
+    Parameters
+    ----------
+    method : Method
+        Method, for its name in the error.
+    fit : Fit
+    models : dict of str to Covariance
+        Covariance estimators by name.
+    known : (k, k) array
+        Uncertainty by values that are known with a standard deviation, which each covariance
+        includes.
+    jacobian : (p, k) array
+        Derivatives of the physical parameters by the regression's own.
+
+    Raises
+    ------
+    EstimationError
+        The residuals or a covariance are not finite, or the left side is zero in every row.
     """
     y, solution = fit.measured.left, fit.solution
     found: dict[str, CovarianceEstimate] = {}
@@ -154,7 +172,11 @@ def _applied(
 
 
 def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
-    """Yield remarks for the user on an estimate."""
+    """Yield remarks for the user on an estimate, as sentences.
+
+    They are on the filter, on a simulated loop that does not follow the record, on the loss, on the
+    iteration, and on parameters at or beyond a bound.
+    """
     every = (data.sampling.filter.remarks() for data in problem.data)
     yield from dict.fromkeys(remark for of_one in every for remark in of_one)
     if np.inf > fit.simulation_error_percent > NO_RELATION.value:
@@ -188,12 +210,16 @@ def _inference(
 ) -> Inference:
     """Return the effects of filter, noise and gain on an estimate, and its covariances.
 
+    Loops are simulated with the estimate, and passed through the filter for its errors. Then follow
+    the derivatives by the drive gain. Simulated replicas of the records give the bias, and scale
+    the HAC covariance.
+
     Parameters
     ----------
     problem : Problem
     fit : Fit
     applied : dict of str to CovarianceEstimate
-        Covariances of the regression's own parameters.
+        Covariances of the regression's own parameters, by name.
     pivot : Covariance
         Covariance that is scaled by simulated replicas.
     known : (k, k) array
@@ -217,6 +243,7 @@ def _inference(
         if gain_relative_sd(problem):
             with suppress(DataError, EstimationError):
                 by_gain, theta_by_gain = _jacobian_by_gain(form, problem, fit)
+        # Covariances without replicas, then the scaled HAC covariance where there are replicas.
         correction = _by_replicas(fit, form, pivot, bootstrap)
         own = {name: each.matrix for name, each in applied.items()}
         mapped = {name: delta_method(each, jacobian) for name, each in own.items()}
@@ -254,7 +281,10 @@ def _inference(
 
 
 def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Array]:
-    """Return derivatives of the physical, (p,), and the regression's parameters, (k,), by ln(gain).
+    """Return the derivatives of the parameters by the logarithm of the drive gain.
+
+    The first array has those of the physical parameters, (p,), the second those of the regression's
+    own parameters, (k,).
 
     Without known terms every linear parameter is proportional to the gain. A known term does not
     change with the gain, and neither does a force of the drive that does not depend on its gain.
@@ -277,7 +307,10 @@ def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Ar
 def _by_replicas(
     fit: Fit, form: Form, pivot: Covariance, bootstrap: Bootstrap | None
 ) -> BootstrapCorrection | str:
-    """Return the correction by simulated replicas, or why there is none; empty if not requested."""
+    """Return the correction of an estimate by simulated replicas, or the reason for having none.
+
+    The reason is a text. It is empty if no replicas were requested, with `bootstrap` None.
+    """
     if bootstrap is None:
         return ""
     twins = bootstrap.twins
@@ -293,7 +326,10 @@ def _by_replicas(
 def _with_replicas(
     note: CovarianceNote, problem: Problem, correction: BootstrapCorrection
 ) -> CovarianceNote:
-    """Return a note with the simulated replicas that scale the covariance, and their noise."""
+    """Return a covariance's note with the number of replicas that scale it, and their noise.
+
+    If the replicas have no noise, the note says only that.
+    """
     chains = correction.twins.chains
     if all(each.is_silent for each in chains):
         return replace(note, is_silent=True)
@@ -304,7 +340,17 @@ def _with_replicas(
 
 
 def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -> Array:
-    """Return a covariance scaled by replicas, except for the part by known values."""
+    """Return a covariance scaled by replicas, except for the part by known values, (p, p).
+
+    Parameters
+    ----------
+    covariance, known : (p, p) array
+        Covariance, and its part by values that are known with a standard deviation.
+    scale : (p,) array
+        Factors of the standard errors.
+    correlation : (p, p) array
+        Correlation matrix of the scaled part.
+    """
     deviations = scale * np.sqrt(np.maximum(np.diag(covariance - known), 0.0))
     return np.outer(deviations, deviations) * correlation + known
 
@@ -320,7 +366,7 @@ def gain_relative_sd(problem: Problem) -> float:
 
 
 def _own_rows(values: Array, weights: Array) -> Array:
-    """Return rows, (n,) or (n, k), without their weights."""
+    """Return rows, (n,) or (n, k), divided by the weights of their records, (n,)."""
     if np.all(weights == 1):
         return values  # not a copy of all rows
     return values / (weights if values.ndim == 1 else weights[:, None])
@@ -348,9 +394,10 @@ def _known_spread(problem: Problem, fit: Fit) -> Array:
 
 
 def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:
-    """Return the residual of each row for parameters by name, (n,).
+    """Return the residual of each row of a form, (n,), for parameters by name.
 
-    A parameter that acts only together with a value, which may be 0, has no estimate.
+    A parameter without a value counts as 0: it acts only together with a known value that is 0 in
+    the estimated form.
     """
     rows = problem.reduced(form, [data.signals for data in problem.data])
     return rows.residuals(np.array([values.get(q.name, 0.0) for q in form.quantities]))

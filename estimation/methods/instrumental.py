@@ -50,7 +50,10 @@ _FIRST = 3  # steps; the first steps from the nominal values have any size and d
 
 
 class StepControl:
-    """Control of the steps of one iteration, in standard errors.
+    """Control of the length of the steps of one iteration.
+
+    It measures each step in standard errors, halves the steps if they oscillate, and extrapolates
+    them if they shrink steadily.
 
     Without noise, the standard errors shrink with the distance from the solution, and the steps in
     units of their own standard errors never shrink. A step therefore stalls only if it hardly
@@ -58,16 +61,26 @@ class StepControl:
     """
 
     def __init__(self) -> None:
+        """Begin without a step."""
+        # `share`: part of each step to take. `_taken`: number of steps so far.
         self.share, self._taken = 1.0, 0
         self.stalls = False  # True if the last step was hardly shorter than the previous one
-        self._last: Array | None = None
+        self._last: Array | None = None  # the last step, (p,)
         self._length = 0.0  # of the last step, in its own standard errors
-        self._goal: Array | None = None
+        self._goal: Array | None = None  # end of the last step before it was shortened, (p,)
 
     def step(self, start: Array, goal: Array, deviation: Array) -> tuple[float, Array]:
-        """Record a step between parameters (p,).
+        """Return the size of a step and the extrapolated end of the steps.
 
-        `share` is then the part of the step to take, and `stalls` is True if steps hardly shrink.
+        Afterwards `share` is the part of the step to take, and `stalls` is True if the step is
+        hardly shorter than the previous one.
+
+        Parameters
+        ----------
+        start, goal : (p,) array
+            Parameters at the start and at the end of the step.
+        deviation : (p,) array
+            Their standard errors.
 
         Returns
         -------
@@ -91,10 +104,20 @@ class StepControl:
         return float(np.abs(scaled_step).max()), further
 
     def _beyond(self, goal: Array, scaled_step: Array, last: Array | None) -> Array:
-        """Return the goal, or the extrapolated limit if the steps shrink steadily.
+        """Return the goal of a step, or the extrapolated limit if the steps shrink steadily, (p,).
 
         The limit is that of the secant through this and the last step, Anderson's method of depth
-        one.
+        one. The goal itself is returned for the first step, for damped steps, and for steps that
+        are large or hardly shrink.
+
+        Parameters
+        ----------
+        goal : (p,) array
+            End of the step.
+        scaled_step : (p,) array
+            The step in standard errors.
+        last : (p,) array or None
+            The previous step, in the same standard errors; None for the first step.
         """
         before = self._goal
         if last is None or before is None or self.share < 1:
@@ -136,7 +159,9 @@ class Start:
     Attributes
     ----------
     physical : (p,) array
+        Physical parameters at the start.
     named : {"least-squares", "nominal"}
+        Origin of these parameters.
     simulated : tuple of loops and Equations, or None
         Loops simulated with the start, and their rows; None if they are not yet simulated.
     why_not : str or None
@@ -151,9 +176,22 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class IterationStep:
-    """Step of an iteration: its start, its goal, its size in standard errors, and the loop's rows.
+    """Full step of an iteration, from a state to the solution of the rows there.
 
-    `further` is the extrapolated end of the steps, if they shrink as the last step did.
+    Attributes
+    ----------
+    at : IterationState
+        Start of the step.
+    goal : (p,) array
+        Physical parameters of the solution, which are the end of the step.
+    further : (p,) array
+        Extrapolated end of all steps if they shrink steadily; otherwise the goal.
+    size : float
+        Largest component of the step, in standard errors.
+    solution : Solution
+        Solution of the rows at the start.
+    simulated : QrFactors
+        Rows of the loop that is simulated with the start.
     """
 
     at: "IterationState"
@@ -166,7 +204,21 @@ class IterationStep:
 
 @dataclass(frozen=True, slots=True)
 class IterationState:
-    """State of the iteration: the measured rows about it, and the loops simulated with it."""
+    """Parameters of an iteration, with the measured rows and the loops simulated there.
+
+    Attributes
+    ----------
+    measured : Equations
+        Measured rows, of a form that is linearised at the parameters if it is not linear.
+    physical : (p,) array
+        Physical parameters.
+    loops : tuple of Simulation
+        Loops that are simulated with the parameters.
+    simulated : (n,) array
+        Left side of these loops.
+    right : Equations
+        Rows of these loops.
+    """
 
     measured: Equations
     physical: Array
@@ -188,17 +240,22 @@ class Iteration:
     """
 
     def __init__(self, method: Method, form: Form, start: Start, problem: Problem) -> None:
+        """Prepare the iteration; see the class for the arguments."""
         self._method, self._form, self._start, self._loss = method.name, form, start, method.loss
         # A linearised model stays within the bounds of its search.
         self._bounds = (-np.inf, np.inf) if form.is_linear else search_bounds(form.axis)
-        self._on = problem
+        self._on = problem  # the rows that the iteration is made on
         self._iterates: list[Iterate] = []
         loops = sum(len(data.record.spans) for data in problem.data)
         self._pace, self._budget = StepControl(), StepBudget(loops * STEPS_OF_SEARCH)
         self.jumps = False  # True if the simulated loop jumps too much for exact convergence
 
     def fit(self) -> Fit:
-        """Iterate.
+        """Iterate to convergence, and return the fit at the end.
+
+        In each round the loop is simulated, the rows are solved with it, and a part of the step to
+        the solution is taken. If the iteration does not converge but once came within a tenth of a
+        standard error, the fit there is returned with a remark, and `jumps` is True.
 
         Raises
         ------
@@ -231,6 +288,7 @@ class Iteration:
             )
 
     def _moving(self, physical: Array) -> EstimationError:
+        """Return the error of an iteration that does not converge, with its last parameters."""
         other = "better nominal values."
         if self._start.named != NOMINAL_START:
             other = f'the nominal values: start="{NOMINAL_START}" in Python.'
@@ -244,7 +302,10 @@ class Iteration:
         )
 
     def _at(self, physical: Array, ahead: SimulatedRows | None) -> IterationState:
-        """Return the measured rows and those of the loop simulated with parameters (p,)."""
+        """Return the state at parameters `physical`, (p,), and add it to the iterates.
+
+        `ahead` has the loops simulated with these parameters; with None they are simulated here.
+        """
         measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
         loops, right = ahead or self._on.simulated(self._form, physical, self._budget)
         # Parameters of the simulated point, which a damped step places before the solution.
@@ -269,7 +330,7 @@ class Iteration:
         return IterationStep(at, goal, further, size, solution, simulated)
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
-        """Return the solution with the simulated loop as instruments."""
+        """Return the solution of the measured rows with the simulated rows as instruments."""
         regressor = self._on.factored(self._form, at.measured)
         left = at.measured.left - at.measured.intercept
         return robust_solution(left, regressor, simulated, self._loss)
@@ -277,9 +338,11 @@ class Iteration:
     def _next(
         self, step: IterationStep, physical: Array, share: float
     ) -> tuple[Array, SimulatedRows | None]:
-        """Return the next parameters, (p,), and the loops simulated with them if there are any.
+        """Return the next parameters, (p,), and the loops simulated with them, or None.
 
-        Parameters of a partially linear model stay within their bounds.
+        They are the given share of the way to the goal of the step. At convergence they are the
+        goal itself, within the bounds. The step of a nonlinear inverse model is shortened where its
+        linearisation does not hold.
         """
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
@@ -288,7 +351,23 @@ class Iteration:
         return step.goal if share == 1 else physical + share * (step.goal - physical), None
 
     def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
-        """Return the fit at the end of a step."""
+        """Return the fit at the end of the last step.
+
+        Parameters
+        ----------
+        step : IterationStep
+            The last step.
+        reached : IterationState
+            State at its end.
+        remarks : str
+            Further remarks for the user.
+
+        Raises
+        ------
+        EstimationError
+            A nonlinear model has converged to another solution of its equations, with a larger
+            simulation error.
+        """
         first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
         if not self._form.is_linear and last > _MAX_SIMULATION_ERROR_RATIO * first:
             # The equations of a nonlinear model have several solutions, most of them wrong.
@@ -317,7 +396,10 @@ class Iteration:
     def _solved(
         self, step: IterationStep, reached: IterationState
     ) -> tuple[Equations, Solver, Solution]:
-        """Return the solved rows, their solver, and the solution with its influence of noise."""
+        """Return the measured rows at the end, their solver, and their solution.
+
+        The influence in the solution is the effect of noise in the rows on the parameters.
+        """
         solver = Solver(loop=step.simulated, counts=step.solution.counts)
         return reached.measured, solver, step.solution
 
@@ -339,7 +421,16 @@ class Instruments(Method):
     iterated = Iteration
 
     def fit(self, problem: Problem) -> Fit:
-        """See `Method.fit`."""
+        """Return the fit of a problem by the iteration from its start.
+
+        If the iteration of a linear model does not converge exactly, it is repeated from the other
+        start. The first fit is kept if the second is not better.
+
+        Raises
+        ------
+        ModelError, EstimationError
+            As in `Method.fit`.
+        """
         form = problem.form(self.form)
         for data in problem.data:
             loop_reference(problem.axis, data.record)  # refuses what cannot be simulated
@@ -373,8 +464,9 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     """Return the form, linearised if necessary, and the start of its iteration.
 
     A nonlinear model is first fitted by a global search with least squares, and instruments start
-    from there whatever start is requested. Both forms start from least squares of the inverse
-    model.
+    from there whatever start is requested. A linear model, inverse or direct, starts from least
+    squares of the inverse model if its simulated loop follows the records, otherwise from the
+    nominal values. `asked` is the requested start, of `INSTRUMENT_STARTS`.
 
     Raises
     ------
@@ -403,7 +495,10 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
 
 
 def _other_start(problem: Problem, form: Form, first: Start) -> Start | None:
-    """Return the second start of a linear model; None where it has no least squares."""
+    """Return the start of a linear model that was not used first.
+
+    It is the nominal values after least squares, and the reverse. None where least squares fails.
+    """
     if first.named != NOMINAL_START:
         return _nominal_start(form, "it does not converge from least squares")
     try:
@@ -419,7 +514,10 @@ def _other_start(problem: Problem, form: Form, first: Start) -> Start | None:
 
 
 def _nominal_start(form: Form, why_not: str | None = None) -> Start:
-    """Return a start at the nominal values, with the reason why it is not least squares."""
+    """Return a start at the nominal values of a form.
+
+    `why_not` is the reason why it is not at least squares; None if nominal values were requested.
+    """
     return Start(
         form.start,
         NOMINAL_START,

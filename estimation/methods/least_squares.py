@@ -47,6 +47,7 @@ RowLoss = Callable[[Array], tuple[Array, Array, Array]]
 
 
 def _huber(u: Array) -> tuple[Array, Array, Array]:
+    """Return weight, derivative and value of Huber's loss for scaled residuals; see `RowLoss`."""
     size = np.abs(u)
     near = np.minimum(size, _HUBER)
     weight = _HUBER / np.maximum(size, _HUBER)
@@ -54,6 +55,7 @@ def _huber(u: Array) -> tuple[Array, Array, Array]:
 
 
 def _bisquare(u: Array) -> tuple[Array, Array, Array]:
+    """Return weight, derivative and value of the bisquare for scaled residuals; see `RowLoss`."""
     share = (u / _BISQUARE) ** 2
     inside = np.maximum(1 - share, 0.0)
     return inside**2, inside * (inside - 4 * share), _BISQUARE**2 / 6 * (1 - inside**3)
@@ -66,16 +68,22 @@ _STARTS = {BISQUARE_LOSS: HUBER_LOSS}
 
 
 def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
-    """Return the solution of ``sum psi(e_i/s) z_i = 0``, with s from the median residual size.
+    """Return the M-estimate of the rows: the solution of ``sum psi(e_i/s) z_i = 0``.
 
-    Z is X for least squares. The influence is that of these equations, ``Z (X' diag(psi') Z)^-1``
-    times the weighted residuals, so that every covariance is the consistent sandwich covariance.
+    Here e_i is the residual of a row, z_i its instruments, psi the derivative of the loss, and s
+    the scale by the median residual. The solution is found by iteratively reweighted rows, starting
+    from the solution with squares, or from the Huber estimate for the bisquare. The influence of
+    the rows is that of these equations, ``Z (X' diag(psi') Z)^-1`` times the weighted residuals, so
+    that every covariance is the consistent sandwich covariance.
 
     Parameters
     ----------
     y : (n,) array
+        Left side.
     X : Columns
+        Regressor.
     Z : QrFactors
+        Instruments; the regressor itself for least squares.
     loss : str
         One of `ROW_LOSSES`; any other name stands for squares.
 
@@ -105,7 +113,11 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
 
 
 def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
-    """Return the size of residuals, (n,), by a loss, in their unit: their norm for squares."""
+    """Return the size of residuals, (n,), in their unit: the root of twice the sum of their losses.
+
+    `scale` is the standard deviation of the residuals that the loss is scaled by. For squares, or
+    without a positive scale, the size is the norm of the residuals.
+    """
     if loss not in LOSS_FUNCTIONS or not scale > 0:
         return float(np.linalg.norm(residuals))
     return scale * float(np.sqrt(2 * np.sum(LOSS_FUNCTIONS[loss](residuals / scale)[2])))
@@ -129,7 +141,7 @@ def check_loss(loss: str, form: Form) -> None:
 
 
 def loss_remarks(loss: str, solution: Solution) -> list[str]:
-    """Return the effect of a robust loss on the rows, as text; empty for squares."""
+    """Return a sentence on the weights of the rows under a robust loss; no sentence for squares."""
     if loss not in LOSS_FUNCTIONS:
         return []
     if solution.counts is None:
@@ -151,7 +163,16 @@ class LeastSquares(Method):
     """Least squares of one form; the loop is simulated only for the simulation error."""
 
     def fit(self, problem: Problem) -> Fit:
-        """See `Method.fit`."""
+        """Solve the rows of a problem by least squares, and simulate its loops with the solution.
+
+        A nonlinear model is first linearised at its global least-squares solution. Where the loops
+        cannot be simulated, the fit has the reason instead.
+
+        Raises
+        ------
+        ModelError, EstimationError
+            As in `Method.fit`.
+        """
         form = separable_least_squares(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
         check_loss(self.loss, form)
@@ -160,7 +181,8 @@ class LeastSquares(Method):
         if form.is_linear:
             solution = robust_solution(left, regressor, regressor, self.loss)
         else:
-            # The search ends within the bounds, where a step of the linearised model might not.
+            # The parameters are those of the search, which are within the bounds. A step of the
+            # linearised model might end outside.
             found, at = least_squares(left, regressor), form.start
             solution = replace(found, theta=at, residuals=measured.residuals(at))
         solver = Solver(counts=solution.counts)

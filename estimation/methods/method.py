@@ -24,7 +24,9 @@ class Fit:
     form : Form
         Form at the point that the rows are linearised about.
     measured : Equations
+        Measured rows that were solved.
     solution : Solution
+        Their solution.
     solver : Solver
         Solver of the rows, which solves other rows in the same way.
     iterates : tuple of Iterate
@@ -34,10 +36,12 @@ class Fit:
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
     right : Equations or None
-        Rows of the loops, where they were simulated with the solution.
+        Rows of the loops that were simulated with the solution; None where these rows were not
+        made.
     simulated : (n,) array or NotSimulated
-        Left side as the simulated loops have it.
+        Left side of the simulated loops, or the reason why they were not simulated.
     remarks : tuple of str
+        Remarks for the user.
     """
 
     form: Form
@@ -53,7 +57,7 @@ class Fit:
 
     @property
     def physical(self) -> Array:
-        """Physical parameters, (p,)."""
+        """Physical parameters of the solution, (p,)."""
         return self.form.physical(self.solution.theta)[0]
 
     @property
@@ -93,7 +97,7 @@ class Method(ABC):
     loss: str = ROW_LOSSES[0]
 
     def fitted(self, problem: Problem) -> Fit:
-        """Return the fit of a problem, which is made once; see `fit`."""
+        """Return the fit of a problem by this method, computed once for each problem; see `fit`."""
         if self not in problem.made:
             problem.made[self] = self.fit(problem)
         found: Fit = problem.made[self]
@@ -101,7 +105,7 @@ class Method(ABC):
 
     @abstractmethod
     def fit(self, problem: Problem) -> Fit:
-        """Solve the rows.
+        """Solve the rows of a problem, and return the solution with the loops simulated from it.
 
         Raises
         ------

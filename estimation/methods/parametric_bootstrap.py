@@ -38,22 +38,25 @@ _CLOSE = 1e-7  # of a parameter: a change that hardly affects a bias
 
 @dataclass(frozen=True, kw_only=True)
 class Bootstrap:
-    """Simulated replicas of the records of a problem.
+    """Simulated replicas of the records of a problem, which serve every method.
 
-    Their loops are simulated with the estimate by the output error of the force, otherwise by
-    instruments or by least squares. Noise in the loop biases the first of these least. The bias of
-    this estimate is subtracted, and found again at the result. The replicas serve every method.
+    A replica is a loop that is simulated with an estimate and with noise as in the record. The
+    estimate is that of DIDIM, which noise biases least, otherwise that of IDM-IV or of least
+    squares. Its bias is found with the replicas and subtracted, and the replicas are simulated
+    again with the result.
 
     Attributes
     ----------
     problem : Problem
     count : int
+        Number of replicas.
     methods : sequence of str
-        Methods whose rows are made together.
+        Methods that will use the replicas, whose rows are computed together.
     has_laws : callable
-        Whether the recorded controls follow the declared law. Only then may noise be most of the
-        residual force of the loops, and only as much as in the replicas: a residual by another law
-        or another delay is not noise.
+        Returns True if the recorded controls follow the declared law. Only then may the replicas
+        come from a loop that does not follow the record because of noise. The residual of the loop
+        must then be no larger than in the replicas: a residual by another law or another delay is
+        not noise.
     loss : str
         One of `ROW_LOSSES`. Only squares have replicas, because outliers are not noise of a signal
         chain.
@@ -67,7 +70,11 @@ class Bootstrap:
 
     @cached_property
     def twins(self) -> Twins | str:
-        """Simulated replicas, or the reason why there are none."""
+        """Simulated replicas, or the reason for having none, as text.
+
+        The methods DIDIM, IDM-IV and IDM-LS are tried in this order. The first whose loop follows
+        the record, or differs from it only by noise, gives the replicas.
+        """
         if self.loss != ROW_LOSSES[0]:
             return "a robust loss weights the rows, and outliers are not noise of the signals"
         why = _FOLLOWS_NOT
@@ -86,7 +93,12 @@ class Bootstrap:
         return why
 
     def _less_bias(self, fit: Fit) -> Twins | str:
-        """Return replicas at the estimate minus its bias, iterated to within a standard error."""
+        """Return replicas simulated with the estimate minus its bias, or why there are none.
+
+        In each round replicas are simulated, and their mean error is subtracted from the estimate.
+        The rounds end when no parameter changes by more than its standard error. The noise of the
+        records is measured in the first two rounds.
+        """
         form, model, at, loops = fit.form, Hac(), fit.physical, fit.loops
         standard_errors = np.sqrt(np.diag(model.matrix(fit.solution)))
         chains: tuple[Chain, ...] = ()
@@ -124,10 +136,10 @@ class Bootstrap:
 
     @cached_property
     def _noisy(self) -> list[FilteredRecord]:
-        """Records under filters that keep their noise: their own filters, or the default ones.
+        """The records with filters from which their noise can be measured.
 
-        The noise of a record does not depend on the filter of its rows. With a low cut-off all rows
-        are near a reversal.
+        A filter with a lower cut-off than the default is replaced by the default filter: with a low
+        cut-off, all rows are near a reversal. The noise of a record does not depend on the filter.
         """
         noisy = []
         for data in self.problem.data:
@@ -140,7 +152,11 @@ class Bootstrap:
         return noisy
 
     def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
-        """Return True if the residual of the loop is as large in replicas as in the records."""
+        """Return True if the records' residual is no larger than the largest of the replicas.
+
+        The residual is that of the left side from the loop that is simulated with the replicas'
+        parameters, in percent.
+        """
         problem, form = self.problem, fit.form.at(twins.at)
         rows = problem.simulated_rows(form, twins.at, _at(problem, form, twins.at))
         simulated = rows.predicted(form.regressed(twins.at))
@@ -150,7 +166,9 @@ class Bootstrap:
 
 
 def with_loops(problem: Problem, fit: Fit) -> Fit:
-    """Return a fit with loops of its records, which follow the records if without a reference.
+    """Return a fit with loops that are simulated with its parameters; unchanged if it has loops.
+
+    A loop follows the recorded reference, or the recorded motion where no reference was recorded.
 
     Raises
     ------
@@ -165,6 +183,7 @@ def with_loops(problem: Problem, fit: Fit) -> Fit:
 
 
 def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:
+    """Return the loops of all records, simulated with physical parameters, (p,)."""
     return tuple(
         loop
         for i, data in enumerate(problem.data)
@@ -174,19 +193,20 @@ def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BootstrapCorrection:
-    """Correction of an estimate by simulated replicas.
+    """Correction of an estimate's bias and standard errors by simulated replicas.
 
     Attributes
     ----------
     twins : Twins
         The simulated replicas.
     off : (R, p) array
-        Errors of the physical parameters of the replicas: estimates minus parameters of the loops.
+        Errors of the physical parameters in R replicas: the estimate from a replica minus the
+        parameters that it was simulated with.
     theta_error : (R, k) array
         Errors of the regression's own parameters.
     scaled : (p,) array, (p, p) array
-        Factors of the standard errors, and the correlation matrix of the replicas' errors; that of
-        the covariance if there are too few replicas.
+        Factors of the standard errors, and the correlation matrix of the replicas' errors. With too
+        few replicas, the matrix is that of the estimate's covariance.
     theta_scaled : (k,) array, (k, k) array
         The same for the regression's own parameters.
     residuals : (n, R) array
@@ -281,10 +301,17 @@ def _pivot(off: Array, covariances: list[Array], at: Array) -> tuple[Array, Arra
     off : (R, p) array
         Errors of the replicas.
     covariances : list of (p, p) arrays
-        Covariance of the estimate, with standard errors of at least the rounding of a loop, and
-        those of the replicas.
+        Covariance of the estimate from the records, then of the estimate from each replica.
     at : (p,) array
-        Parameters of the simulated loops.
+        Parameters of the simulated loops. Scaled standard errors are at least 1e-9 of these, the
+        rounding of a loop.
+
+    Returns
+    -------
+    scale : (p,) array
+        Standard deviation of the errors divided by their standard errors; 1 for a single replica.
+    correlations : (p, p) array
+        Correlation matrix of the errors; that of the estimate's covariance for few replicas.
     """
     if len(off) == 1:
         return np.ones(len(at)), np.nan_to_num(correlation(covariances[0]))

@@ -22,7 +22,7 @@ from .methods import METHODS
 def filtered_record(
     axis: GeneratedAxis, record: Record, prefilter: Prefilter, fastest: float = 0.0
 ) -> FilteredRecord:
-    """Return a filtered record, with the reversals of the simulated loop if that follows it.
+    """Return a filtered record, with the reversals of the simulated loop if it follows the record.
 
     `fastest` is the largest speed of all records that are used together, see `FilteredRecord`.
 

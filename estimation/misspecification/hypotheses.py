@@ -1,7 +1,10 @@
 """Hypotheses on a misspecified model: additional columns with a name and a grid of places.
 
-They are terms of the motion, parameters that change in time, recorded signals that are late or in
-another unit, and single samples of a signal that are outliers.
+The place of a hypothesis is the number that its columns depend on nonlinearly: a speed, a period, a
+frequency, a force, a time or a delay. Each place of the grid is tested.
+
+The hypotheses are terms of the motion, parameters that change in time, recorded signals that are
+late or in another unit, and single samples of a signal that are outliers.
 """
 
 import math
@@ -27,31 +30,36 @@ GAIN = "the drive gain"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hypothesis:
-    """Columns that the model may lack.
+    """Columns that the model may lack, with a grid of places at which they are tested.
 
     Attributes
     ----------
     kind : str
+        Kind of hypothesis: the name of a term in `TERMS`, or ``held``, ``drift``, ``change``,
+        ``late signal``, ``scaled signal`` or ``outlier``.
     columns : callable
-        Returns the columns for places (m,): (n, m, g).
+        Returns g columns for each of m places, (m,), in the n rows: (n, m, g).
     parameter : str
-        As in `Misspecification`.
+        Parameter, signal or column that the hypothesis is on; empty for a term.
     places : (m,) array
-        Grid of places; NaN for a single hypothesis without place.
+        Grid of places, such as speeds, periods or times; NaN for a hypothesis without a place.
     measured : callable or None
-        Columns of the measured motion, with which the place between those of the grid is found.
+        Returns the columns of the measured motion, with which the place between those of the grid
+        is found; None where `columns` serve for that.
     between : callable or None
-        Returns places about a place of the grid, for the refined search of a significant one.
+        Returns places about a place of the grid, for the refined search of a significant one; None
+        where the grid is not refined.
     is_positive : bool
-        Whether the size must be positive, as of friction or a mass.
+        Whether the factor of the columns must be positive, as of friction or a mass.
     least : float
         Lower limit of the p-value, for places that were chosen by the residuals.
     is_whole : bool
-        Whether the columns contain the size, so that the place determines it.
+        Whether the missing force is the column itself, with a factor of 1, so that the place alone
+        determines its size.
     is_lost : bool
         Whether the columns are a part of the commanded force that the drive did not give.
     unit : str
-        Unit of the size; empty where no size is reported.
+        Unit of the factor; empty where no size is reported.
     """
 
     kind: str
@@ -68,11 +76,16 @@ class Hypothesis:
 
 
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
-    """Return all hypotheses: terms, fixed and changing parameters, and recorded signals."""
+    """Return all hypotheses that the record can show, except outliers.
+
+    They are missing terms, parameters with a wrong given value, parameters that change in time, and
+    recorded signals that are late or scaled wrongly.
+    """
     data = scores.data
     axis, drive = data.axis, data.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
     is_turning = axis.coordinate.unit == "rad"
+    # Terms of the table that apply to this axis, with their columns along the motion.
     most = scores.twins - 1 if scores.twins else len(scores.along.place)
     found = [
         Hypothesis(
@@ -116,7 +129,15 @@ _VALUES_AT_ONCE = 2**19  # of candidates' columns at all samples: 4 MB
 
 
 def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
-    """Return the result of a term's function, which may be a user's own and raise."""
+    """Return the result of a term's function, as an array.
+
+    The term may be a user's own. If its function fails, the error names the term.
+
+    Raises
+    ------
+    CandidateError
+        The function `make` raised an error.
+    """
     try:
         with np.errstate(all="ignore"):
             return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
@@ -131,12 +152,23 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
 
 
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
-    """Return the columns of a term, (n, m, g), after a check of a user's own term.
+    """Return the columns of a term at places (m,), (n, m, g), checked for their shape and size.
+
+    Parameters
+    ----------
+    term : Term
+        A built-in term or a user's own.
+    most : int
+        Largest number g of columns for each place.
+    along : Along
+        Motion that the columns are made from.
+    places : (m,) array
 
     Raises
     ------
     CandidateError
-        They are not blocks of at most `most` finite columns for each place.
+        The columns are not an array (n, m, g) of finite numbers with at most `most` columns for
+        each place.
     """
     # A few places at a time: columns of all samples at every place would take much memory.
     few = max(1, _VALUES_AT_ONCE // len(along.time))
@@ -157,7 +189,10 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
 
 
 def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
-    """Return each parameter, and the drive gain, with a drift or a step in time."""
+    """Return hypotheses of a drift and of a step in time, for each parameter and the drive gain.
+
+    `commanded` is True if the force is computed from the control, so that the gain may change.
+    """
     of = {
         (q.name, str(q.unit)): column
         for q, column in zip(scores.data.axis.parameters, scores.regressor.T, strict=True)
@@ -196,23 +231,23 @@ def drifts(times: Array) -> Array:
 
 
 def _once(columns: Array, _: Array) -> Array:
-    """Return columns (n, g) as those of a single place."""
+    """Return columns, (n, g), as those of a single place, (n, 1, g)."""
     return columns[:, None]
 
 
 def _from(column: Array, times: Array, places: Array) -> Array:
-    """Return a column that is zero before each time, (n, m, 1)."""
+    """Return a column, (n,), set to zero before each of m times, `places`: (n, m, 1)."""
     return np.where(times[:, None] >= places, column[:, None], 0.0)[:, :, None]
 
 
 def _between(grid: Array, at: float) -> Array:
-    """Return places about one place of a grid."""
+    """Return 65 places between the neighbours of a place `at` of a grid."""
     place = int(np.argmin(np.abs(grid - at)))
     return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 65)
 
 
 def _of_signals(scores: RecordScores) -> list[Hypothesis]:
-    """Return each recorded signal that makes a force, with a delay, and with a scale."""
+    """Return hypotheses of a delay and of a wrong scale, for each recorded signal of the model."""
     by, record = _by_change(scores, scores.quiet), scores.quiet.record
     longest = min(0.5 / scores.data.period, 0.1 * len(scores.data))  # half a second
     late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), 14)))
@@ -239,7 +274,18 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
 
 
 def _of_late(by: Callable[[str, Array], Array], record: Record, name: str, delays: Array) -> Array:
-    """Return the missing force in the rows, (n, m, 1), for delays of a signal in samples."""
+    """Return the missing force in the rows, (n, m, 1), if a recorded signal is late.
+
+    Parameters
+    ----------
+    by : callable
+        Returns the change of the residual, (n,), by other values of a column, see `_by_change`.
+    record : Record
+    name : str
+        Name of the signal.
+    delays : (m,) array
+        Delays of the signal, samples.
+    """
     moved = np.repeat(record.channels()[name][None], len(delays), axis=0)
     for first, last in record.spans:
         at = np.arange(first, last, dtype=float)
@@ -249,9 +295,14 @@ def _of_late(by: Callable[[str, Array], Array], record: Record, name: str, delay
 
 
 def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Array], Array]:
-    """Return a function for the change of the residual, (n,), by other values of a column."""
+    """Return a function for the change of the residual, (n,), by other values of a column.
+
+    The arguments of that function are the name of the column and its other values, (N,). `data` is
+    the record whose column is changed.
+    """
 
     def left(**changed: Array) -> Array:
+        """Return the residual of the model, (n,), with some columns of the record changed."""
         record = data.record.with_channels({**data.record.channels(), **changed})
         rows = scores.form.equations(replace(data, record=record).signals).reduced(scores.data)
         return rows.residuals(scores.physical)
@@ -261,9 +312,11 @@ def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Arr
 
 
 def outliers_of(scores: RecordScores) -> list[Hypothesis]:
-    """Return a pulse in each measured signal, about the row with the largest residual.
+    """Return the hypothesis of an outlier in each measured column, near the largest residual.
 
-    There are none without replicas, because a HAC variance contains the outliers themselves.
+    The column is the effect of a unit pulse in one sample. Its places are samples about the row
+    with the largest residual. Empty without replicas, because a HAC variance contains the outliers
+    themselves.
     """
     if not scores.twins:
         return []
@@ -290,12 +343,25 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
 
 
 def _every_sample(grid: Array, at: float) -> Array:
+    """Return every sample within half a step of the grid about the sample `at`."""
     step = int(np.diff(grid).max(initial=0)) // 2
     return np.asarray(np.clip(np.arange(at - step, at + step + 1), grid[0], grid[-1]))
 
 
 def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples: Array) -> Array:
-    """Return the effect of a unit pulse in each sample of a column, (n, m, 1)."""
+    """Return the change of the residual by a unit pulse in one sample of a column, (n, m, 1).
+
+    Parameters
+    ----------
+    by : callable
+        Returns the change of the residual, (n,), by other values of a column, see `_by_change`.
+    values : (N,) array
+        Recorded values of the column.
+    role : str
+        Role of the column.
+    samples : (m,) array
+        Samples of the pulses, one for each place.
+    """
     pulse = 1e-4 * (float(np.std(values)) or 1.0)  # too small to change a sign of the velocity
     alone = (pulse * (np.arange(len(values)) == sample) for sample in samples)
     return np.stack([by(role, values + each) / pulse for each in alone], axis=1)[:, :, None]

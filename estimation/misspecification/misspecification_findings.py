@@ -46,17 +46,20 @@ class CandidateTerm:
     Attributes
     ----------
     kind : str
-        As in `TERMS`.
+        Name of the term in `TERMS`.
     at : float or None
         Speed, period, frequency or force, in the unit of its kind; None for none.
     cutoff : float or None
-        Of an antiresonance: the highest frequency at which a rigid model is valid, Hz.
+        For an antiresonance: the highest frequency at which a rigid model is valid, Hz; None for
+        other terms.
     dead_band : float or None
-        Of a drive with a dead band, as it should be declared, in the drive's unit.
+        For a dead band: the dead band of the drive to declare, in the drive's unit; None for other
+        terms.
     limit : float or None
-        Of a drive that is limited, as it should be declared, in the drive's unit.
+        For saturation: the limit of the drive to declare, in the drive's unit; None for other
+        terms.
     is_declared : bool
-        Whether the axis has an element of this kind already, with other fixed numbers.
+        Whether the axis already has a Stribeck element, with another fixed velocity or exponent.
     what, declare : str
         Texts of a term of the user's own, see `Term`; empty for a built-in term.
     """
@@ -116,14 +119,14 @@ class ChangedParameter(Finding):
     change : {"held", "drift", "step"}
         A wrong given value; a slow change over the record; or a change at one time.
     size : float
-        Change, in `unit`; for a given value the true value minus the given value.
+        Change, in `unit`; for a given value the estimated value minus the given value.
     standard_error : float
-        Of the size.
+        Standard error of the size.
     unit : str
     percent : float or None
         Change in percent of the value before; None for a given value.
     share : ShareOfForce
-        Explained by the change.
+        Part of the force that the change explains.
     seconds : float or None
         Time of a step after the first row; None for none.
     """
@@ -149,15 +152,15 @@ class LateSignal(Finding):
     samples : float
         Delay; negative for an early signal.
     standard_error : float
-        Of the delay, in samples.
+        Standard error of the delay, samples.
     seconds : float
-        The delay.
+        The delay, s.
     share : ShareOfForce
-        Explained by the delay.
+        Part of the force that the delay explains.
     at_the_end : bool
         Whether the delay is the end of the range that was searched, and so is not known.
     shift : AdvisedShift or None
-        Puts the column in time; None at the end of the range.
+        Shift of the column that corrects the delay; None at the end of the range.
     """
 
     signal: str
@@ -177,15 +180,15 @@ class ScaledSignal(Finding):
     ----------
     signal : str
     factor : float
-        By which the recorded values have to be multiplied.
+        Factor by which the recorded values have to be multiplied.
     standard_error : float
-        Of the factor.
+        Standard error of the factor.
     share : ShareOfForce
-        Explained by the factor.
+        Part of the force that the factor explains.
     column : str or None
-        Name in the log; None if the record does not have it.
+        Name of the signal's column in the log; None if the record does not have that name.
     likely_unit : str or None
-        Usual unit with this factor; None for none.
+        Usual unit of the signal that explains the factor; None where no unit does.
     """
 
     signal: str
@@ -203,15 +206,16 @@ class OutlyingSample(Finding):
     Attributes
     ----------
     role : str
+        Role of the column.
     size : float
-        Distance from its expected value, in `unit`.
+        Distance of the sample from its expected value, in `unit`.
     standard_error : float
-        Of the size.
+        Standard error of the size.
     unit : str
     sample : int
-        Number of the sample, the first of the record is 1.
+        Number of the sample; the first of the record is 1.
     seconds : float
-        After the first sample.
+        Time after the first sample, s.
     share : ShareOfForce
     """
 
@@ -234,7 +238,7 @@ def misspecification_finding(
     lack : Misspecification
     axis : GeneratedAxis
     record : Record
-        In which it was found; a term needs none.
+        Record in which it was found; not used for a missing term.
     """
     if lack.is_term:
         return _missing_term(lack, axis)
@@ -248,10 +252,12 @@ def misspecification_finding(
 
 
 def _share(lack: Misspecification) -> ShareOfForce:
+    """Return the part of the force by a misspecification, in percent."""
     return ShareOfForce(percent=100 * lack.share, beyond_percent=100 * lack.own_share)
 
 
 def _missing_term(lack: Misspecification, axis: GeneratedAxis) -> MissingTerm:
+    """Return the finding of a missing term, with other terms that explain nearly as much."""
     coordinate = axis.coordinate
     others = [_candidate(kind, at, axis) for kind, at in lack.others]
     return MissingTerm(
@@ -271,7 +277,18 @@ def _missing_term(lack: Misspecification, axis: GeneratedAxis) -> MissingTerm:
 def _candidate(
     kind: str, at: float, axis: GeneratedAxis, size: float | None = None
 ) -> CandidateTerm:
-    """Return a term of `TERMS` at its place; the size of a dead band is its force."""
+    """Return a term of `TERMS` with its place and the numbers to declare it with.
+
+    Parameters
+    ----------
+    kind : str
+        Name of the term.
+    at : float
+        Place of the term: speed, period, frequency or force; NaN for none.
+    axis : GeneratedAxis
+    size : float or None
+        Factor of the term's column, which is the force of a dead band; None where it is not known.
+    """
     drive, term = axis.drive, TERMS[kind]
     what, declare = term.what, term.declare
     if term.opposite is not None and size is not None and size < 0:
@@ -292,6 +309,7 @@ def _candidate(
 
 
 def _changed_parameter(lack: Misspecification) -> ChangedParameter:
+    """Return the finding of a parameter that changes in the record or has a wrong given value."""
     changes: dict[str, Literal["held", "drift", "step"]] = {"held": "held", "drift": "drift"}
     return ChangedParameter(
         parameter=lack.parameter,
@@ -307,6 +325,7 @@ def _changed_parameter(lack: Misspecification) -> ChangedParameter:
 
 
 def _late_signal(lack: Misspecification, record: Record) -> LateSignal:
+    """Return the finding of a late or early recorded signal, with the advised shift."""
     shift = None
     if not lack.at_the_end:
         apart = max(MIN_DISTANCE_FROM_NOISE.value * lack.deviation, _MIN_SHIFT_ERROR)
@@ -323,6 +342,7 @@ def _late_signal(lack: Misspecification, record: Record) -> LateSignal:
 
 
 def _scaled_signal(lack: Misspecification, axis: GeneratedAxis, record: Record) -> ScaledSignal:
+    """Return the finding of a signal with a wrong scale, with the unit that explains it."""
     factor = lack.size
     (declared,) = (each for each in axis.signals if each.name == lack.parameter)
     vague = _MIN_UNIT_ERROR + MIN_DISTANCE_FROM_NOISE.value * lack.deviation / abs(factor)
@@ -337,6 +357,7 @@ def _scaled_signal(lack: Misspecification, axis: GeneratedAxis, record: Record) 
 
 
 def _outlying_sample(lack: Misspecification, record: Record) -> OutlyingSample:
+    """Return the finding of an outlier, with the number and the time of its sample."""
     sample = int(lack.at)
     return OutlyingSample(
         role=lack.parameter,

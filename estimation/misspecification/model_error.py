@@ -59,6 +59,9 @@ _MIN_SMOOTHNESS = 0.25
 def repeated_part(reference: Array) -> tuple[int, int, float] | None:
     """Return the longest repeating part of a reference, (N,).
 
+    Periods are tried in the order of the peaks of the autocorrelation of its direction. For each
+    period, the longest stretch is found in which the reference recurs to within a sample.
+
     Returns
     -------
     (int, int, float) or None
@@ -167,7 +170,18 @@ class LackOfFit(Exact):
 
 
 def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
-    """Split the net residuals of an estimate by the repeats of its record's reference.
+    """Return the split of an estimate's residual into a repeating part and noise.
+
+    Rows at the same phase of the repeating reference are compared. Products of residuals of
+    different repeats give the power that repeats; the rest of the power is noise. The standard
+    error is HAC over the phases.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Its net residuals are split, see `Estimate.net_residuals`.
+    data : FilteredRecord
+        Its filtered record.
 
     Returns
     -------
@@ -180,7 +194,7 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
         return None
     (start, stop, period), step = repeated, data.prefilter.decimate
     samples = estimate.rows.astype(np.int64)
-    # One in `step` samples is a row.
+    # Number of the phase of each row; one in `step` samples is a row. Rows whose phase repeats.
     phases = ((samples - start) % period // step).astype(np.int64)
     inside = (start <= samples) & (samples < stop)
     again = inside & (np.bincount(phases[inside], minlength=int(period) + 1)[phases] > 1)
@@ -189,6 +203,7 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     total = float(residuals @ residuals)
     if len(residuals) < _MIN_REPEATED_ROWS or not total > 0:
         return None
+    # Share of the power that repeats, and its significance.
     power, sums = (np.bincount(of, weights=each) for each in (residuals**2, residuals))
     common = (sums**2 - power) / (count - 1)  # unbiased repeating power of all rows of a phase
     share, neighbours = float(common.sum()) / total, RowTimes(places)
@@ -198,6 +213,7 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     chance = 0.0 if share > 0 else 1.0
     if deviation > 0:
         chance = float(stdtr(max(float(scatter.freedom[0]), 1.0), -share / deviation))
+    # Correlation of the mean residual of a phase with that of the next phase.
     mean = sums / count
     late, early = neighbours.pairs(1)
     size = float(np.sqrt(np.sum(mean[late] ** 2) * np.sum(mean[early] ** 2)))
@@ -270,8 +286,9 @@ def jackknife_intervals(
     ways : mapping of str to (n,) array of int
         Group label of every row by grouping, as from `groupings`.
     noisy : bool
-        Whether noise may explain the scatter of the groups; False where repeats of the reference
-        show that it does not.
+        Whether the scatter of the groups may be noise, so that an interval must be significantly
+        wider than noise explains to count as exceeding. False where repeats of the reference show
+        that the residual is mostly model error.
 
     Returns
     -------
@@ -290,7 +307,11 @@ def jackknife_intervals(
 
 
 def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray[np.intp]]:
-    """Return the group label of every row, (n,), by grouping: levels of speed, parts of travel."""
+    """Return the group label of every row, (n,), for two groupings: speed and parts of the travel.
+
+    A level of speed has the moves with about the same peak speed; there are three equal parts of
+    the travel. `rows` has the sample number of each row, (n,).
+    """
     from scipy.ndimage import maximum
 
     position, velocity, _ = data.motion
@@ -320,8 +341,9 @@ class _GroupJackknife:
     inflation : (g, p) array
         Variance of each parameter without a group, relative to that with all rows.
     mapping : (p, k) array
-        Parameter changes by the sums of the scores.
+        Change of the physical parameters by the sums of the scores.
     scores : (n, k) array
+        Scores of the rows: instruments times residual.
     """
 
     groups: int
@@ -332,7 +354,9 @@ class _GroupJackknife:
 
 
 def _delete_group_jackknife(estimate: Estimate, labels: NDArray[np.intp]) -> _GroupJackknife | None:
-    """Return the jackknife standard errors of the physical parameters (CR3).
+    """Return the delete-one-group jackknife of the physical parameters (CR3).
+
+    `labels` has the group of every row, (n,).
 
     The estimate without group g is ``theta_(g) = (Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``; of G groups
 
@@ -373,13 +397,13 @@ def _delete_group_jackknife(estimate: Estimate, labels: NDArray[np.intp]) -> _Gr
 
 
 def _exceeds_noise(estimate: Estimate, jackknife: _GroupJackknife, dof: Array) -> BoolArray:
-    """Test by F whether groups scatter more than noise alone would scatter them, (p,).
+    """Return True for each parameter, (p,), whose groups scatter significantly more than by noise.
 
-    With the leverage ``h_g`` of each group, its inflation minus 1, noise of the variance
-    ``v = max(v_HAC, v_White)`` gives the jackknife the expected variance
-    ``v max((G - 1)/G sum_g h_g, 1)``. The ratio of the jackknife variance to it is F distributed
-    with ``(sum_g h_g)^2 / sum_g h_g^2 - 1`` degrees of freedom, by the effective number of groups
-    of equal leverage, and those of v [MacKinnon2023]_.
+    The jackknife variance is compared with that expected from noise by an F test. The leverage
+    ``h_g`` of a group is its inflation minus 1. Noise of the variance ``v = max(v_HAC, v_White)``
+    gives the jackknife the expected variance ``v max((G - 1)/G sum_g h_g, 1)``. The ratio of the
+    jackknife variance to it is F distributed with ``(sum_g h_g)^2 / sum_g h_g^2 - 1`` degrees of
+    freedom, by the effective number of groups of equal leverage, and those of v [MacKinnon2023]_.
 
     Parameters
     ----------
@@ -388,6 +412,7 @@ def _exceeds_noise(estimate: Estimate, jackknife: _GroupJackknife, dof: Array) -
     dof : (p,) array
         Degrees of freedom of the chosen covariance.
     """
+    # Variance that noise gives the jackknife, and the degrees of freedom of both variances.
     variances, scores = np.diag(estimate.covariance), jackknife.scores
     shrunk = (jackknife.groups - 1) / jackknife.groups
     excess = np.maximum(jackknife.inflation - 1, 0.0)
@@ -405,7 +430,21 @@ def _exceeds_noise(estimate: Estimate, jackknife: _GroupJackknife, dof: Array) -
 def _intervals_of_grouping(
     estimate: Estimate, labels: NDArray[np.intp], by: str, *, noisy: bool
 ) -> list[JackknifeInterval]:
-    """Return the jackknife interval of each parameter for one grouping; empty without jackknife."""
+    """Return the jackknife interval of each of p parameters for one grouping of the rows.
+
+    Empty where the grouping has no jackknife, see `_delete_group_jackknife`.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    labels : (n,) array of int
+        Group of every row.
+    by : str
+        Name of the grouping.
+    noisy : bool
+        Whether the scatter of the groups may be noise. An interval then only exceeds that for noise
+        if it is also significant by `_exceeds_noise`.
+    """
     jackknife = _delete_group_jackknife(estimate, labels)
     if jackknife is None:
         return []

@@ -1,5 +1,8 @@
 """Residuals of a record and of its simulated replicas, and tests of columns not in the model.
 
+The columns that are tested come in blocks: a block has the columns of one hypothesis at one place,
+such as cosine and sine of one period.
+
 A column that is not in the model is tested by the score ``s = C'e``, with C the part of the column
 that the instruments do not span, and e the residuals of instrumental variables. The distribution of
 s for a correct model is that of simulated replicas: the loop is simulated with the noise of the
@@ -72,7 +75,7 @@ class RecordScores:
     Attributes
     ----------
     basis : (n, r) array
-        Orthonormal basis of the instruments and of columns that were added to them.
+        Orthonormal basis of the instruments and of the columns that were added to the model.
     columns : (n, k + j) array
         Measured columns of the free parameters, and added columns.
     free : (k,) array of int
@@ -84,12 +87,13 @@ class RecordScores:
     force : (n,) array
         Left side.
     form : InverseForm
+        Inverse model, at the estimate.
     physical : (p,) array
         Estimate that the replicas are simulated with.
     signals : Signals
         Motion for the columns, of the simulated loop where there is one.
     along, measured : Along
-        This motion with its reduction to rows, and the measured motion.
+        The motion of `signals` with its reduction to rows, and the measured motion with the same.
     data, quiet : FilteredRecord
         The record, and the record with the motion of its simulated loop where there is one.
     """
@@ -120,7 +124,11 @@ class RecordScores:
 
     @cached_property
     def net_residuals(self) -> Array:
-        """Residuals minus the replicas' mean and their part in the basis, (n, 1 + R)."""
+        """Residuals that the model cannot explain, minus the mean of the replicas, (n, 1 + R).
+
+        The part of the residuals in `basis` is removed. The first column is of the record, the
+        others are of its replicas.
+        """
         net_residuals = self.residuals - self.basis @ (self.basis.T @ self.residuals)
         if self.twins:
             net_residuals -= net_residuals[:, 1:].mean(axis=1, keepdims=True)
@@ -129,7 +137,7 @@ class RecordScores:
         return net_residuals
 
     def with_columns(self, columns: Array) -> "RecordScores":
-        """Return the scores of a model with additional columns (n, g)."""
+        """Return the residuals and columns of a model with g further columns, (n, g)."""
         own = columns - self.basis @ (self.basis.T @ columns)
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
         shown = sizes > least  # without columns that the model spans or that are zero
@@ -140,10 +148,16 @@ class RecordScores:
         )
 
     def nearest(self, instruments: Array, columns: Array) -> int:
-        """Return the index of the place, of columns (n, m, g), that fits the residuals best.
+        """Return the index of the place whose columns fit the residuals best.
 
-        The columns are of the measured motion with its noise. The instruments, of the same shape,
-        are of the simulated loop.
+        They are fitted by two-stage least squares, because the measured motion has noise.
+
+        Parameters
+        ----------
+        instruments : (n, m, g) array
+            Columns of the simulated loop, at m places.
+        columns : (n, m, g) array
+            Columns of the measured motion, at the same places.
         """
         span = instruments.reshape(len(instruments), -1)
         # Instruments of neighbouring places differ by less.
@@ -155,13 +169,21 @@ class RecordScores:
         return int(np.argmax(taken))
 
     def moved_by(self, columns: Array, values: Array) -> Array:
-        """Return the change of the free parameters, (k,), by columns (n, g) times their factors."""
+        """Return the change of the free parameters, (k,), if columns are added to the model.
+
+        `columns` are (n, g), and `values`, (g,), are their factors.
+        """
         by = self.basis.T @ (columns @ values)
         moved = np.linalg.lstsq(self.basis.T @ self.columns, by, rcond=_RANK)[0]
         return -np.asarray(moved[: len(self.free)])
 
     def test(self, columns: Array) -> ColumnTests:
-        """Test columns, (n, m, g), by adding the block of each place to the model."""
+        """Return the tests of columns, (n, m, g), each block of g columns alone in the model.
+
+        The scores of each block are computed, with the parts of the columns that the model does not
+        span. Factors follow from the scores of the record minus the mean of the replicas. The test
+        is by the scatter of the replicas, or by HAC without replicas.
+        """
         (n, m, g), flat = columns.shape, columns.reshape(len(columns), -1)
         of_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
         whole, within = of_place.transpose(0, 2, 1) @ of_place, flat.T @ self.basis
@@ -197,7 +219,19 @@ class RecordScores:
     def _by_replicas(
         self, away: Array, scores: Array, is_own: NDArray[np.bool_]
     ) -> tuple[Array, Array]:
-        """Hotelling's test of each block, and the covariance of its scores, (m, g, g)."""
+        """Return the p-values of m blocks, (m,), and the covariances of their scores, (m, g, g).
+
+        The test is Hotelling's, with the covariance of the replicas' scores.
+
+        Parameters
+        ----------
+        away : (m, g) array
+            Scores of the record minus the mean of the replicas.
+        scores : (m, g, R) array
+            Scores of the replicas.
+        is_own : (m,) array of bool
+            True for blocks that are independent of the model's columns.
+        """
         _, g, count = scores.shape
         apart = scores - scores.mean(axis=2, keepdims=True)
         spread = np.einsum("mgr,mhr->mgh", apart, apart) / (count - 1)
@@ -209,10 +243,23 @@ class RecordScores:
     def _by_hac(
         self, columns: Array, values: Array, own: Array, powers: Array
     ) -> tuple[Array, Array]:
-        """Return Wald's HAC test of the block that explains most, confirmed by the score test.
+        """Return the p-values of m blocks, (m,), and the covariances of their scores, (m, g, g).
 
+        Only the block that explains most is tested; the p-values of the others are 1. The test is
+        Wald's with a HAC covariance, and is confirmed by the score test: the larger p-value of the
+        two counts, unless the score test is significant or the block makes most of the residuals.
         Wald's test alone is misled by few rows in slow noise. The score test alone does not detect
         a term that makes nearly all of the residuals.
+
+        Parameters
+        ----------
+        columns : (n, m, g) array
+        values : (m, g) array
+            Factors of the columns.
+        own : (m, g, g) array
+            Products of the parts of the columns that the model does not span.
+        powers : (m,) array
+            Mean square of the residuals that each block explains.
         """
         m, g = values.shape
         p_values, spread, place = np.ones(m), np.zeros((m, g, g)), int(np.argmax(powers))
@@ -285,6 +332,7 @@ def scores_of(
             f"the record has {n} rows in motion, and the search for missing terms needs "
             f"{_FEWEST_ROWS * (k + 1)}. Record a longer motion"
         )
+    # Rows of the measured motion, and of the loop without noise, which gives the instruments.
     rows = form.equations(data.signals).reduced(data)
     clean = form.equations(quiet.signals).reduced(data)
     instruments = clean.regressor[:, free]
@@ -324,6 +372,7 @@ def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Arr
 
 
 def _along(s: Signals, data: FilteredRecord) -> Along:
+    """Return the motion of some signals, with the reduction to the rows of a record."""
     sampling = data.sampling
     rows = sampling.rows.astype(np.int64)
     time = data.period * np.arange(len(s.position), dtype=float)
@@ -346,7 +395,10 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
 def scores_at(
     data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
 ) -> RecordScores | Missing:
-    """Return residuals of a record and its replicas at the reported estimate, see `scores_of`."""
+    """Return residuals of a record and of its replicas at the reported estimate.
+
+    Missing if they are unavailable. Arguments as in `scores_of`.
+    """
     chain = next(iter(preferred.inference.chains), None)
     at = preferred.physical if chain is None else preferred.corrected
     return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)

@@ -99,7 +99,7 @@ class Misspecification:
 
     @property
     def size(self) -> float:
-        """Size in its unit; the norm of the factors of several columns."""
+        """Factor of the column, in `unit`; the norm of the factors of several columns."""
         return self.values[0] if len(self.values) == 1 else float(np.linalg.norm(self.values))
 
     @property
@@ -109,7 +109,10 @@ class Misspecification:
 
     @property
     def check(self) -> str:
-        """Name of the check that reports it; there are separate checks of signals and samples."""
+        """Name of the check that reports it.
+
+        Recorded signals and outliers have checks of their own; all others are ``missing terms``.
+        """
         return _CHECKS.get(self.kind, "missing terms")
 
 
@@ -151,16 +154,22 @@ def find_misspecification(
     records: int = 1,
     levels: Levels = DEFAULT_LEVELS,
 ) -> tuple[Misspecification, ...]:
-    """Return the misspecifications of a model, the one that explains most first.
+    """Return the misspecifications of a model on a record, the one that explains most first.
+
+    In each round all hypotheses are tested. Of those that are significant by Holm's rule and
+    relevant, the one with the largest part of the force is located between the places of its grid,
+    reported, and added to the model. There are at most three rounds.
 
     Parameters
     ----------
     scores : RecordScores
+        Residuals of the record and of its replicas at the estimate.
     half_widths : (p,) array
         Half widths of the intervals of the parameters.
     records : int
         Number of records that are searched separately, and share the level.
     levels : Levels
+        Level of all tests together, and least share of the force that is relevant.
     """
     lasting = hypotheses_of(scores)
     # Without replicas the effect of the filter on the parameters is unknown.
@@ -170,6 +179,7 @@ def find_misspecification(
     while len(lacks) < 3:
         every = [*lasting, *outliers_of(scores)]
         tests = [_tested(scores, each, half, level / len(every)) for each in every]
+        # The significant and relevant hypothesis with the largest part of the force.
         tests.sort(key=lambda each: each.p_value)
         holm = zip(tests, level / np.arange(len(tests), 0, -1), strict=True)
         # It is relevant by its part of the force, or if it moves a parameter and is no rounding.
@@ -187,6 +197,7 @@ def find_misspecification(
         )
         if most is None or (lacks and most.share <= levels.least_share):
             break
+        # Its best place, and the parameters with it in the model.
         found = _located(scores, most)
         factors = scores.test(found.columns[:, None]).values[0]
         revised = revised + scores.moved_by(found.columns, factors)
@@ -208,9 +219,20 @@ def find_misspecification(
 def _tested(
     scores: RecordScores, hypothesis: Hypothesis, half: Array, sure: float
 ) -> TestedHypothesis:
-    """Return a hypothesis at the significant place that explains most, or at the most significant.
+    """Return a hypothesis at its best place, with its test.
 
-    The latter is returned where no place is significant.
+    The best place is the significant one that explains most of the residual. Where no place is
+    significant, it is the one with the smallest p-value.
+
+    Parameters
+    ----------
+    scores : RecordScores
+    hypothesis : Hypothesis
+    half : (k,) array
+        Half widths of the intervals of the free parameters; infinite where the effect on the
+        parameters is not to be judged.
+    sure : float
+        P-value up to which a place is significant.
     """
     places = hypothesis.places
     columns = hypothesis.columns(places)
@@ -247,7 +269,10 @@ def _tested(
 def _explained_power(
     scores: RecordScores, hypothesis: Hypothesis, tested: ColumnTests, columns: Array
 ) -> Array:
-    """Return the mean square of the residuals that each place explains, (m,).
+    """Return the mean square of the residuals that each of m places explains, (m,).
+
+    For most hypotheses it is that of the columns with fitted factors. Where the place alone
+    determines the missing force, it is that of the column with a factor of 1.
 
     If a part of the commanded force is lost, the residuals become smaller because the force does.
     They are therefore taken relative to the remaining force, and a place explains nothing unless it
@@ -266,7 +291,11 @@ def _explained_power(
 
 
 def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
-    """Return a tested hypothesis at its best place between those of the grid."""
+    """Return a tested hypothesis at its best place between those of the grid.
+
+    It is unchanged where its grid is not refined, or no place between is better than those of terms
+    that were found before.
+    """
     hypothesis = found.hypothesis
     if hypothesis.between is None:
         return found
@@ -291,12 +320,16 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
 def _values_with(
     scores: RecordScores, found: TestedHypothesis, revised: Array, size: float
 ) -> dict[str, tuple[float, ...]]:
-    """Values of the free parameters with a hypothesis in the model, see `Misspecification`.
+    """Return the values of the free parameters with a hypothesis in the model, by name.
+
+    A parameter that the hypothesis makes differ between directions has two values, forward and
+    backward.
 
     Parameters
     ----------
     scores : RecordScores
     found : TestedHypothesis
+        The hypothesis.
     revised : (k,) array
         Free parameters with the hypothesis in the model.
     size : float
@@ -322,11 +355,22 @@ def _values_with(
 def _misspecification_of(
     scores: RecordScores, name: TestedHypothesis, half_widths: Array, levels: Levels
 ) -> Misspecification:
-    """Return the misspecification of a tested hypothesis: a change, delay, factor or size.
+    """Return the misspecification of a tested hypothesis, with its size and its effects.
 
-    For a parameter that changes, the value before the change is given too. The estimate lies
-    between the values before and after.
+    The size is a factor of the columns, a delay, a scale, or the change of a parameter. For a
+    parameter that changes, the value before the change is given too. The estimate lies between the
+    values before and after.
+
+    Parameters
+    ----------
+    scores : RecordScores
+    name : TestedHypothesis
+        The hypothesis at its best place.
+    half_widths : (p,) array
+        Half widths of the intervals of the parameters.
+    levels : Levels
     """
+    # Size and its covariance, in the quantity that is reported.
     kind, parameter, columns = name.hypothesis.kind, name.hypothesis.parameter, name.columns
     tested = scores.test(columns[:, None])
     factors, covariance = tested.values[0], tested.covariances[0]
@@ -344,6 +388,7 @@ def _misspecification_of(
         covariance = np.array([[change @ covariance @ change]])
     elif kind == "scaled signal":
         values = 1 + values
+    # Changes of the parameters, and the largest one that matters.
     names = [q.name for q in scores.data.axis.parameters]
     moved = np.zeros(len(names))
     moved[scores.free] = scores.moved_by(columns, factors)

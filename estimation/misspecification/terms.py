@@ -26,7 +26,7 @@ _BETWEEN = 97  # number of frequencies, or speeds, of the refined search
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Along:
-    """A motion along which forces act, at each of N samples, and its reduction to rows.
+    """A motion of N samples along which forces act, and the reduction of forces to n rows.
 
     Attributes
     ----------
@@ -65,13 +65,19 @@ class Along:
         return self.position if self.rows is None else self.position[self.rows]
 
     def waves(self, factor: Array, periods: Array) -> Array:
-        """Return cosine and sine over the position for each period, times a factor, in the rows."""
+        """Return cosine and sine over the position for m periods, times a factor: (n, m, 2).
+
+        The factor, (N,), is reduced to the rows; cosine and sine are those of the rows' positions.
+        """
         angle = 2 * np.pi * self.place[:, None] / periods
         waves = np.stack([np.cos(angle), np.sin(angle)], axis=2)
         return np.asarray(self.reduce(factor)[:, None, None] * waves, dtype=float)
 
     def by_stretch(self, change: Callable[[Array], Array], values: Array) -> Array:
-        """Return values (N,) transformed in each stretch separately; zero outside of these."""
+        """Return values, (N,), transformed in each stretch between gaps separately; zero in gaps.
+
+        `change` is the transformation of the values of one stretch.
+        """
         found = np.zeros_like(values)
         for first, last in self.spans:
             found[first:last] = change(values[first:last])
@@ -133,6 +139,7 @@ class Term:
     is_lost: bool = False
 
     def __post_init__(self) -> None:
+        """Refuse texts with placeholders that no sentence can fill in."""
         words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(
             ("at", "rigid", "band", "limit"), 0.0
         )
@@ -150,7 +157,11 @@ class Term:
 
 
 def wave_periods(s: Along) -> Array:
-    """Return periods of waves over the position; longer waves are slopes and bends."""
+    """Return the periods of waves over the position that are tested, in the coordinate's unit.
+
+    The longest is the travel: longer waves are slopes and bends. The shortest is passed at the
+    usual speed in at least four rows, and with at most 25 Hz.
+    """
     travel = float(np.ptp(s.place))
     usual = float(np.median(np.abs(s.velocity[s.velocity != 0]))) if s.velocity.any() else 0.0
     shortest = usual * max(1 / 25.0, 4.0 * s.row_period)  # at most 25 Hz, at least four rows
@@ -159,6 +170,7 @@ def wave_periods(s: Along) -> Array:
 
 
 def _periods_near(periods: Array, at: float) -> Array:
+    """Return periods about the period `at`, equally spaced in wave number, up to the travel."""
     near = 1 / at + _WAVES_APART / periods[0] * np.linspace(-0.5, 0.5, 15)
     return np.asarray(1 / near[near >= 1 / periods[0]], dtype=float)  # longer waves are slopes
 
@@ -171,7 +183,11 @@ def antiresonances(s: Along) -> Array:
 
 
 def behind_spring(s: Along, frequencies: Array) -> Array:
-    """Return the acceleration of a load behind a spring minus that of the axis, (N, m)."""
+    """Return the acceleration of a load behind a spring minus that of the axis, (N, m).
+
+    Each of m loads has one of the frequencies, Hz, and follows the axis as a damped second-order
+    low-pass.
+    """
     from scipy.signal import bilinear, lfilter
 
     found = []
@@ -184,14 +200,17 @@ def behind_spring(s: Along, frequencies: Array) -> Array:
 
 
 def _one(shape: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
+    """Return the function of a term with one column and no place, from its force along a motion."""
     return lambda s, _: s.reduce(shape(s))[:, None, None]
 
 
 def _waves(factor: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
+    """Return the function of a term with waves over the position, times a factor, (N,)."""
     return lambda s, periods: s.waves(factor(s), periods)
 
 
 def _ones(s: Along) -> Array:
+    """Return a constant force of 1 along a motion, (N,)."""
     return np.ones_like(s.velocity)
 
 
@@ -205,7 +224,18 @@ def _pushes(s: Along) -> Array:
 def _after(
     sign: Callable[[Along], Array], times: Sequence[float], signed: bool, s: Along, _: Array
 ) -> Array:
-    """Return decays after changes of a sign, for each time constant, s, signed or unsigned."""
+    """Return exponential decays after each change of a sign, in the rows, (n, 1, g).
+
+    Parameters
+    ----------
+    sign : callable
+        Returns the sign along a motion, (N,).
+    times : sequence of float
+        Time constants of the decays, s.
+    signed : bool
+        Whether decays without the sign are added to those that are multiplied by it.
+    s : Along
+    """
     signs, number = sign(s), np.arange(len(s.time))
     turns = np.diff(signs, prepend=signs[0]) != 0
     since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
@@ -219,7 +249,10 @@ _LEVELS = np.geomspace(0.05, 0.95, 40)
 
 
 def saturation_levels(s: Along) -> Array:
-    """Return forces beyond which a drive may give no more, up to the usual largest command."""
+    """Return the limits of the drive's force that are tested, (m,).
+
+    They are 5 to 95 % of the usual largest command, which all commands but 2 % do not exceed.
+    """
     size = np.abs(s.force)
     return np.asarray(
         _LEVELS * float(np.quantile(size[size > 0], _USUALLY_LARGEST, method="lower"))
@@ -227,7 +260,10 @@ def saturation_levels(s: Along) -> Array:
 
 
 def beyond_levels(s: Along, levels: Array) -> Array:
-    """Return the commanded force beyond each level, which a drive with that limit lacks, (N, m)."""
+    """Return the part of the commanded force beyond each of m levels, (N, m).
+
+    A drive with that level as its limit does not give this part.
+    """
     force = s.force[:, None]
     return np.asarray(np.sign(force) * np.maximum(np.abs(force) - levels, 0.0))
 

@@ -304,7 +304,10 @@ class _CommonRows:
         *,
         skip_bad: bool,
     ) -> "_CommonRows":
-        """Return the common rows of candidates; arguments as in `compare`."""
+        """Return the records and rows that all candidates have in common.
+
+        The arguments are those of `compare`; `named` are the candidates by name.
+        """
         # The filter suits the candidate with the most friction.
         first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
         suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
@@ -320,7 +323,7 @@ class _CommonRows:
     def identified(
         self, axis: GeneratedAxis, method: str, start: str, levels: Levels
     ) -> Identification:
-        """Identify one candidate on the common rows."""
+        """Return the identification of one candidate from the common rows."""
         joint = self.shared.joint_form(axis)
         pairs = zip(self.problem.data, self.shared.axes(axis, joint), strict=True)
         data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
@@ -331,7 +334,10 @@ class _CommonRows:
 def _axis_with(
     names: set[str], named: Mapping[str, GeneratedAxis], otherwise: GeneratedAxis
 ) -> GeneratedAxis:
-    """Return the first candidate that declares all names, or another axis if there is none."""
+    """Return the first candidate that declares all names of parameters.
+
+    The axis `otherwise` if there is none.
+    """
     for axis in named.values():
         if {*declared_names(axis, names)} <= {p.name for p in axis.declared.parameters}:
             return axis
@@ -416,7 +422,11 @@ def _named(
 def _recommend(
     candidates: Sequence[Candidate], blocks: int
 ) -> tuple[str | None, tuple[str, ...], str]:
-    """Return the recommended candidate or None, the candidates of equal error, and the reason."""
+    """Return the recommended candidate, the candidates of equal error, and the reason.
+
+    Candidates are given by their names. The first is None if no candidate predicts the held-out
+    force. `blocks` is the number of held-out blocks.
+    """
     best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
     tied = [c for c in candidates if c is best or _is_as_good(c, best)]
     chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))

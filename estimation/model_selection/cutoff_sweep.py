@@ -154,8 +154,8 @@ def _further(chosen: int, count: int) -> str:
 def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:
     """Return the largest relative difference of each parameter to a neighbouring estimate.
 
-    One mapping by parameter for each estimate, for the parameters of all estimates: a short record
-    is left out at low cut-offs.
+    There is one mapping by parameter for each estimate. It has the parameters that all estimates
+    have in common: a short record, with its local parameters, is left out at low cut-offs.
     """
     names = [n for n in estimates[0].parameters if all(n in e.parameters for e in estimates)]
     values = np.array([[each.parameters[name].corrected for name in names] for each in estimates])
@@ -204,7 +204,9 @@ def _vagueness(estimates: Sequence[Estimate]) -> Array:
 
 
 def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
-    """Return the errors of the predicted position, in the coordinate's unit, root mean square.
+    """Return the root mean square error of the predicted position of each result.
+
+    The position is predicted in windows under the recorded control, in the coordinate's unit.
 
     Parameters
     ----------
@@ -264,7 +266,10 @@ class Sweep(Checked, Presentable, Exact):
     law: LawAgreement | Missing
 
     def with_result(self, result: Identification) -> "Sweep":
-        """Return the sweep with another result of the same record, for the sweep's methods."""
+        """Return the sweep with another result of the same record, at its cut-off.
+
+        Estimates by methods that the sweep does not have are left out.
+        """
         methods = {method for swept in self.results for method in swept.estimates}
         own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
         by_cutoff = dict(zip(self.cutoffs, self.results, strict=True)) | {own.prefilter.cutoff: own}
@@ -279,7 +284,10 @@ class Sweep(Checked, Presentable, Exact):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Checks of the result at the recommended cut-off, or of the law and the recommendation."""
+        """Checks of the result at the recommended cut-off.
+
+        Without a recommendation, they are the check of the law and the reason.
+        """
         if self.recommended is None:
             law = made("control law", partial(law_check, self.law))
             return tuple(filter(None, (law, Check.unless("recommendation", self.reason))))

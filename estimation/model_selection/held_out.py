@@ -60,7 +60,10 @@ class Regression:
         )
 
     def solved(self, *, by_instruments: bool = True) -> Solution:
-        """Return the solution by instruments, or by least squares without or if not wanted."""
+        """Return the solution by instruments, or by least squares.
+
+        It is that of least squares without instruments, or if `by_instruments` is False.
+        """
         regressor = factor(self.regressor, self.names, neighbours=self.neighbours)
         if self.instruments is None or not by_instruments:
             return least_squares(self.left, regressor)
@@ -150,7 +153,10 @@ class HeldOut(Exact):
         return 100.0 * float(np.sqrt(self.squares.sum())) / self.signal
 
     def excess(self, other: "HeldOut") -> tuple[float, float]:
-        """Return the mean excess of squared errors over another model's, and its standard error."""
+        """Return the mean excess of squared errors over another model, and its standard error.
+
+        The mean is over the blocks, and the standard error follows from their scatter.
+        """
         difference = self.squares - other.squares
         return float(difference.mean()), float(np.std(difference, ddof=1)) / len(difference) ** 0.5
 

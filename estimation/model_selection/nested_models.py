@@ -87,7 +87,10 @@ def nested_tests(
 
 
 def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) -> NestedTest:
-    """Return the test of model a in model b."""
+    """Return the Wald test of a smaller model a in a larger model b, given by their names.
+
+    Without a statistic if model b has further nonlinear parameters. `how` is the map of a into b.
+    """
     pair = NestedTest(smaller=a, larger=b, restrictions=len(models[b].names) - len(models[a].names))
     if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
         return replace(
@@ -127,8 +130,9 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     larger : Solution
         Solution of the larger model.
     how : Embedding
-        Map of the smaller model into it.
+        Map from the smaller model's parameters to those of the larger one.
     covariance : Covariance
+        Estimator of the covariance.
     """
     (matrix, start), k = how, how[0].shape[1]
     # Parameters in units of their standard errors, so that physical units do not matter.

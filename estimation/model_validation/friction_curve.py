@@ -24,7 +24,7 @@ _PROBES = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrictionCurve:
-    """Force minus inertia, gravity and all other parts that do not depend on velocity.
+    """Friction by velocity: the force minus all parts of the model without velocity.
 
     Attributes
     ----------
@@ -90,7 +90,10 @@ def _still(signals: Signals) -> Signals:
 
 
 def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:
-    """Return velocities at the position and acceleration of a sample, or at their medians."""
+    """Return signals with given velocities, (m,), at one position and acceleration.
+
+    These are those of a sample (`place`), or the medians over all samples without one.
+    """
     many = np.ones_like(velocity)
     position, acceleration, *recorded = (
         float(np.median(values) if place is None else values[place])
@@ -107,6 +110,7 @@ def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:
 
 
 def _velocity_part(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
+    """Return the part of the model's force that depends on the velocity, (N,)."""
     return _force(axis, physical, signals) - _force(axis, physical, _still(signals))
 
 
@@ -129,6 +133,10 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
 
 
 def _binned(velocity: Array, force: Array) -> Array:
+    """Return velocity, mean and standard deviation of the force by bin of velocity, (b, 3).
+
+    Bins with few rows are left out.
+    """
     edges = np.linspace(velocity.min(), velocity.max(), _BINS + 1)
     if edges[0] < 0 < edges[-1]:  # no bin has rows of both directions
         edges = np.insert(edges, np.searchsorted(edges, 0.0), 0.0)
@@ -142,7 +150,10 @@ def _binned(velocity: Array, force: Array) -> Array:
 
 
 def _law(axis: GeneratedAxis, physical: Array, signals: Signals, velocity: Array) -> Array:
-    """Return the friction law on both sides of standstill, where it is set-valued."""
+    """Return velocity and fitted friction on both sides of standstill, (m, 2).
+
+    At standstill, where friction may take several values, the force is NaN.
+    """
     ends = min(velocity.min(), 0.0), max(velocity.max(), 0.0)
     v = np.sort(np.concatenate([end * np.linspace(1e-6, 1.0, 120) for end in ends if end]))
     law = np.column_stack([v, _velocity_part(axis, physical, _at(signals, v))])

@@ -71,6 +71,7 @@ def validate(
     Parameters
     ----------
     result : Identification or SavedIdentification
+        Result whose estimates are validated.
     record : Record
         Read for the same axis. It is filtered like the record of the estimates, with the same
         cut-off frequency in Hz; hold and reversals are chosen again if they were left open.
@@ -127,7 +128,10 @@ def validate(
 def _estimated_anew(
     data: FilteredRecord, methods: Sequence[str], law: LawAgreement | Missing
 ) -> dict[str, Estimate]:
-    """Return the estimates from the second record, with its simulated replicas; some may fail."""
+    """Return the estimates from the second record by method, with its simulated replicas.
+
+    Methods that fail are missing. `law` is the agreement of the declared law with the record.
+    """
     problem, found = Problem(axis=data.axis, data=(data,)), {}
     twins = Bootstrap(
         problem=problem,
@@ -147,14 +151,15 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
     Parameters
     ----------
     frozen : SamplingDistribution
+        The estimate that is validated.
     own : Estimate
         Estimate from the second record by the same method.
 
     Returns
     -------
     RecordDifference or None
-        Of the values minus their bias, if that is known for both; None if the second record does
-        not determine the parameters.
+        Difference of the values, both minus their bias if it is known for both; None if the second
+        record does not determine the parameters.
     """
     anew = own.distribution
     both_biases = frozen.bias is not None and anew.bias is not None
@@ -178,9 +183,10 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
 
 
 def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
-    """Return the lower limit of the mean square of residuals, (n,), which may vary slowly.
+    """Return a lower limit of the mean square of residuals, (n,), which may vary slowly.
 
-    The mean square minus three of its standard errors (HAC), at least 0.
+    It is the mean square minus three of its standard errors (HAC), at least 0. `neighbours` are the
+    times of the rows.
     """
     squares = residuals**2
     mean = float(squares.mean())
@@ -233,6 +239,7 @@ def _validation(
     levels : Levels
         Levels from which the two estimates differ.
     """
+    # Equation error of the frozen parameters on the rows of the second record.
     problem, frozen = Problem(axis=data.axis, data=(data,)), estimate.distribution
     form = METHODS[estimate.method].form(data.axis).at(frozen.theta)
     rows, theta, source = problem.rows(form), form.regressed(frozen.theta), data.record.provenance
@@ -244,6 +251,7 @@ def _validation(
             code="too-short",
         )
     residuals = rows.residuals(theta)
+    # Errors of the simulated loop.
     simulation, position, tracking, reason = None, None, None, None
     try:
         loops, right = problem.simulated(form, frozen.theta)
@@ -263,6 +271,7 @@ def _validation(
             "size and the units of the columns.",
             code="not-finite",
         )
+    # Part of the equation error that is not chance, and the parameters of the second record.
     chance = math.sqrt(
         least_mean_square(residuals, data.sampling.neighbours) / np.mean(residuals**2)
     )
@@ -299,7 +308,10 @@ def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | Non
 
 
 def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
-    """Return recorded minus simulated position, and reference minus recorded position."""
+    """Return recorded minus simulated position, and reference minus recorded position, (m,) each.
+
+    Both are of the m kept samples.
+    """
     position, kept = data.record.position, data.sampling.kept
     tracking = loop_reference(data.axis, data.record) - position
     return (position - simulated_position(loops))[kept], tracking[kept]
@@ -404,7 +416,11 @@ def validate_fit(
 def _checks(
     result: OutputFit, axis: GeneratedAxis, record: Record, output: str, percent: float
 ) -> Iterator[Check]:
-    """Yield the checks of the fit, and of signs that the record is of another axis or drive."""
+    """Yield the checks of a fit on a second record: sampling period, control law, and output.
+
+    Another period or law is a sign that the record is of another axis or drive. `percent` is the
+    error of the output on the record, %.
+    """
     periods = [each.period for each in result.records]
     equal = any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
     yield Check(

@@ -64,12 +64,21 @@ class SimulationOnRecord(Finding):
     ----------
     failed : tuple of str
         Methods whose simulated loop is too far from the record.
-    tracking_error_percent : float
-        Largest position error (rms) relative to the tracking error (rms), %.
+    by_position : bool
+        True if the position is too far; otherwise, of a failed check, the force alone is.
+    tracking_error_percent, own_tracking_error_percent : float or None
+        Position error (rms) relative to the tracking error (rms), %, on the second record and on
+        the estimate's own: of the method with the largest on the second.
+    simulation_error_percent, own_simulation_error_percent : float or None
+        Force error (rms) relative to the force (rms), %, of the same method.
     """
 
     failed: tuple[str, ...]
-    tracking_error_percent: float
+    by_position: bool
+    tracking_error_percent: float | None
+    own_tracking_error_percent: float | None
+    simulation_error_percent: float | None
+    own_simulation_error_percent: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -53,7 +53,7 @@ _MAX_KNOWN_SHARE = 0.01  # largest share of known samples: adjacent windows shar
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodValidation:
-    """One estimate on a record that it was not made from.
+    """Validation of one estimate on a record that it was not made from.
 
     Attributes
     ----------
@@ -116,16 +116,23 @@ class MethodValidation:
     @property
     def follows(self) -> bool:
         """True if the simulated loop is as close to the record as to the estimate's own record."""
-        return is_as_small(
+        return self.follows_position and is_as_small(
             self.simulation_error_percent, self.own_simulation_error_percent, MAX_VALIDATION_ERROR
-        ) and is_as_small(
+        )
+
+    @property
+    def follows_position(self) -> bool:
+        """True if the simulated position is as close as on the estimate's own record."""
+        return is_as_small(
             self.tracking_error_percent, self.own_tracking_error_percent, _MAX_VALIDATION_TRACKING
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class Validation(Checked, Presentable, Exact):
-    """The estimates of a result, frozen, on another record; ``validation["idm-iv"]`` is one.
+    """Validation of all estimates of a result on another record, with frozen parameters.
+
+    ``validation["idm-iv"]`` is the validation of one method.
 
     Attributes
     ----------
@@ -222,9 +229,10 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def check(self) -> Check:
-        """All checks as one, for the verdict of the result that is validated.
+        """Combination of all checks as one check, for the verdict of the validated result.
 
-        Known samples are no evidence against the estimates.
+        It fails if a check fails. Known samples alone only give a note, as they are no evidence
+        against the estimates.
         """
         failed = [check for check in self.checks if check.status == "fail"]
         against = tuple(check.line for check in failed if check.name != _REPEATED)
@@ -234,14 +242,17 @@ class Validation(Checked, Presentable, Exact):
         return Check.unless("validation", fault, self._held())
 
     def _held(self) -> EstimatesHold:
+        """Return the finding that the estimates hold on the record."""
         return EstimatesHold(
             passed=tuple(check.finding for check in self.checks if check.status == "pass"),
             is_reestimated=any(v.reestimate for v in self),
         )
 
     def _force(self) -> Check:
+        """Return the check that the equation errors are as small as on the estimates' record."""
         failed = tuple(v.method for v in self if not v.fits)
-        largest = max(v.least_equation_error_percent for v in self)
+        told = [v for v in self if not v.fits] or [*self]
+        largest = max(v.least_equation_error_percent for v in told)
         return Check(
             name="equation error",
             status=status_of(not failed),
@@ -266,17 +277,26 @@ class Validation(Checked, Presentable, Exact):
             if isinstance(self.law, NotUsed):
                 return Check.not_evaluated("simulation", NotUsed(reason))
             return Check.not_evaluated("simulation", Missing(reason))
-        worst = max(v.tracking_error_percent or 0.0 for v in shown)
+        worst = max(shown, key=lambda v: v.tracking_error_percent or 0.0)
         return Check(
             name="simulation",
             status=status_of(not lost),
-            figure=worst,
+            figure=worst.tracking_error_percent or 0.0,
             finding=SimulationOnRecord(
-                failed=tuple(v.method for v in lost), tracking_error_percent=worst
+                failed=tuple(v.method for v in lost),
+                by_position=not worst.follows_position,
+                tracking_error_percent=worst.tracking_error_percent,
+                own_tracking_error_percent=worst.own_tracking_error_percent,
+                simulation_error_percent=worst.simulation_error_percent,
+                own_simulation_error_percent=worst.own_simulation_error_percent,
             ),
         )
 
     def _parameters(self) -> Check:
+        """Return the check that parameters estimated from the second record are the same.
+
+        It is not evaluated if the record does not determine them.
+        """
         again = {v.method: v.reestimate for v in self if v.reestimate is not None}
         if not again:
             why = "the parameters cannot be estimated from the second record"
@@ -286,7 +306,8 @@ class Validation(Checked, Presentable, Exact):
         if changed:
             most = max(changed, key=lambda method: again[method].share_percent)
             compared = again[most].parameters(changed[most])
-        largest = max(each.share_percent for each in again.values())
+        told = [again[method] for method in changed] or [*again.values()]
+        largest = max(each.share_percent for each in told)
         return Check(
             name="records alike",
             status=status_of(not changed),
@@ -300,7 +321,7 @@ class Validation(Checked, Presentable, Exact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitValidation(Checked, Presentable, Exact):
-    """Output that frozen parameters simulate, compared with that of a record.
+    """Validation of a fit: simulated output with frozen parameters, compared with a second record.
 
     Attributes
     ----------
@@ -340,7 +361,7 @@ class FitValidation(Checked, Presentable, Exact):
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        """Findings against the fit on this record."""
+        """Findings of the checks that are a note or failed."""
         return tuple(check.finding for check in self.checks if check.status in ("note", "fail"))
 
     @property
@@ -350,7 +371,10 @@ class FitValidation(Checked, Presentable, Exact):
 
 
 def checked_law(law: LawAgreement | Missing, result: Literal["estimates", "fit"]) -> Check:
-    """Return the check of the declared law on a second record of a result."""
+    """Return the check of the declared law on a second record of a result.
+
+    It is not evaluated if the law cannot be compared. `result` names what is validated.
+    """
     found = law_check(law)
     if isinstance(found, Missing):
         return Check.not_evaluated("control law", found)
@@ -360,5 +384,13 @@ def checked_law(law: LawAgreement | Missing, result: Literal["estimates", "fit"]
 
 
 def is_as_small(found: float | None, own: float | None, most: float) -> bool:
-    """Return True if an error is small, or comparable to that on the own record, or unknown."""
+    """Return True if an error on a second record is small, or unknown.
+
+    Parameters
+    ----------
+    found, own : float or None
+        Error on the second record, and on the estimate's own record, %; None if unknown.
+    most : float
+        Limit below which an error is small, %; also if it is at most twice the own error.
+    """
     return found is None or own is None or found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)

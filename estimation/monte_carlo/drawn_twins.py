@@ -24,12 +24,14 @@ from .plan import MonteCarloPlan
 
 
 def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
-    """Return the noise of an axis's twins, checked; the experiment's for None.
+    """Return the checked noise of an axis's twins.
 
     Parameters
     ----------
     given : Chain or None
+        Noise as the user gave it; None for that of the experiment.
     twin : GeneratedAxis
+        Axis to simulate.
     runs : int
         Number of twins.
 
@@ -91,12 +93,12 @@ def declared_chain(
     disturbance: float | None = None,
     correlation_time: float | None = None,
 ) -> Chain:
-    """Return a chain with given figures.
+    """Return the noise of an experiment with given figures replaced.
 
     Parameters
     ----------
     chain : Chain
-        The experiment's, as from `Chain.of_experiment`.
+        Noise of the experiment, as from `Chain.of_experiment`.
     position, resolution : float, optional
         Noise and step of the encoder, in the coordinate's unit; the chain's by default.
     anywhere, velocity, acceleration
@@ -182,7 +184,10 @@ _POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # separate rand
 
 
 def _draws(seed: int, run: int, stream: int) -> AntitheticDraws:
-    """Return the random numbers of a stream of a run: a child of the seed for each run."""
+    """Return the random numbers of one source of noise (`stream`) of a run.
+
+    They depend on the seed, the number of the run, and the stream only.
+    """
     return AntitheticDraws(
         np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(run, stream)))
     )
@@ -199,14 +204,16 @@ def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Reco
 
 
 def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
-    """Simulate the record of one run.
+    """Return the simulated record of one run.
 
     Parameters
     ----------
     plan : TwinPlan
+        Inputs of the simulated loop.
     noise : Chain
+        Noise of the record.
     seed, run : int
-        As in a study, whose run has the same noise.
+        Seed of a study and number of its run, which has the same noise.
 
     Raises
     ------
@@ -265,7 +272,18 @@ def are_lanes(plan: MonteCarloPlan) -> bool:
 def twin_lanes(
     twin: GeneratedAxis, chain: Chain, seed: int, runs: Sequence[int], threads: int | None
 ) -> tuple[RecordLanes, Mapping[int, str]]:
-    """Simulate the records of runs in parallel, and return them with the failures by lane."""
+    """Return simulated records of runs, one lane for each, and reasons of failures by lane.
+
+    Parameters
+    ----------
+    twin : GeneratedAxis
+    chain : Chain
+        Noise: white noise of the position, and noise of the logged control.
+    seed : int
+    runs : sequence of int
+    threads : int or None
+        Threads of the simulation.
+    """
     plan = twin_plan(twin)
     drawn = (_draws(seed, run, _POSITION).normal(len(plan.reference)) for run in runs)
     noise = chain.position * np.column_stack([*drawn])

@@ -58,10 +58,11 @@ _NONE = np.array([0.0, 1.0, 1.0])
 
 @np.errstate(all="ignore")  # of runs without an estimate
 def study_calibrations(plan: MonteCarloPlan) -> dict[Estimand, Array]:
-    """Return bias and scales of HAC standard error and interval width, (3,), by estimand.
+    """Return the calibration of each estimand by simulated replicas, (3,).
 
-    Means over the first runs, identified with and without simulated replicas. Empty without
-    replicas or without a method of `identify`.
+    The three numbers are the bias, the factor of the HAC standard error, and that of the width of
+    its interval. They are means over the first runs, which are identified with and without
+    replicas. Empty if no replicas or no method of `identify` are planned.
     """
     if not (plan.bootstrap and plan.regressions):
         return {}
@@ -79,11 +80,14 @@ def study_calibrations(plan: MonteCarloPlan) -> dict[Estimand, Array]:
 def calibrated_runs(
     numbers: BlockNumbers, calibrations: Mapping[Estimand, Array], judged: int
 ) -> BlockNumbers:
-    """Return the numbers of runs, calibrated for all runs without simulated replicas.
+    """Return the numbers of runs, with those of runs without simulated replicas calibrated.
+
+    Values and bounds are corrected for bias; HAC standard errors and intervals are scaled.
 
     Parameters
     ----------
     numbers : BlockNumbers
+        Numbers of the runs, sorted by run.
     calibrations : mapping of Estimand to (3,) array
         As from `study_calibrations`.
     judged : int
@@ -269,7 +273,10 @@ def _run(
     progress: Progress | None,
     keep: Keep | None,
 ) -> MonteCarlo:
-    """Run the study in blocks; its numbers do not depend on the number of processes.
+    """Run the study in blocks and return its result; it does not depend on the processes.
+
+    If the study ends early, `keep` gets the finished runs. Other arguments are those of
+    `monte_carlo`.
 
     Raises
     ------

@@ -34,11 +34,13 @@ class MonteCarloPlan:
     runs : int
         Number of runs.
     seed : int
+        Seed of the noise of all runs.
     methods : tuple of str
         From `METHODS`, and fits such as ``fit:control``.
     noise : Chain
+        Noise of the twins.
     prefilter : Prefilter
-        With open settings chosen for the sampling period of the twins.
+        Filter, with open settings chosen for the sampling period of the twins.
     checks : int
         Number of runs with a verdict, from the first on.
     settings : mapping of str to object

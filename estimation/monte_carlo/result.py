@@ -69,24 +69,24 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @property
     def values(self) -> Array:
-        """Estimates without bias correction, (R, e); not a number if missing."""
+        """Estimates without bias correction by run and estimand, (R, e); NaN if missing."""
         return self.numbers.numbers[:, :, 0]
 
     @property
     def corrected(self) -> Array:
-        """Estimates minus the bias of filter and noise, if that is known, (R, e)."""
+        """Estimates minus the bias of filter and noise, if it is known, (R, e); NaN if missing."""
         return self.numbers.numbers[:, :, 1]
 
     def deviations(self, of: str) -> Array:
-        """Return the standard errors of one of `INTERVALS`, (R, e)."""
+        """Return the standard errors by run and estimand, (R, e), of a kind of `INTERVALS`."""
         return self._stated(of)[:, :, 0]
 
     def intervals(self, of: str) -> Array:
-        """Return the bounds of the 95 % intervals of one of `INTERVALS`, (R, e, 2)."""
+        """Return the bounds of the 95 % intervals, (R, e, 2), of a kind of `INTERVALS`."""
         return self._stated(of)[:, :, 1:]
 
     def _stated(self, of: str) -> Array:
-        """Return standard errors and bounds of one of `INTERVALS`, (R, e, 3)."""
+        """Return standard errors and bounds, (R, e, 3), of a kind of `INTERVALS`."""
         check_among(("interval", of, INTERVALS))
         place = 2 + 3 * INTERVALS.index(of)
         return self.numbers.numbers[:, :, place : place + 3]
@@ -103,7 +103,10 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         return np.array(truths, dtype=float)
 
     def _direct_truths(self, method: str, known: Mapping[str, float]) -> dict[str, float]:
-        """Return the true parameters of the direct model by name; empty if not known."""
+        """Return the true parameters of a method's direct model by name; empty if not known.
+
+        `known` has the true values of the physical parameters by name.
+        """
         axis = self.plan.axis
         shown = any((each.method, each.kind) == (method, DIRECT) for each in self.estimands)
         if not shown or any(name not in known for name in axis.names):
@@ -132,7 +135,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         return tuple(self._figures(place) for place in range(len(self.estimands)))
 
     def _figures(self, place: int) -> EstimandFigures:
-        """Return the figures of one estimand over the runs."""
+        """Return the figures over the runs of one estimand, given by its index."""
         estimand, truth = self.estimands[place], float(self.truths[place])
         there = np.isfinite(self.corrected[:, place])
         value, corrected = (each[there, place] for each in (self.values, self.corrected))
@@ -187,8 +190,8 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
     def normalised(self, place: int) -> Array:
         """Return the errors of an estimand in standard errors of its method, (r,).
 
-        For the runs that have both. The standard error is that of a normal distribution with the
-        same 95 % interval, for any degrees of freedom.
+        They are of the r runs that have both. The standard error is that of a normal distribution
+        with the same 95 % interval, for any degrees of freedom.
 
         Parameters
         ----------

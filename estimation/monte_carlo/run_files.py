@@ -46,7 +46,10 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
 
 
 def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
-    """Yield name, unit and values of the columns of estimands; intervals only if a run has one."""
+    """Yield name, unit and values, (R,), of each column of the estimands.
+
+    A kind of interval has columns only if a run has such an interval.
+    """
     for estimand, of_one in zip(
         result.estimands, result.numbers.numbers.transpose(1, 2, 0), strict=True
     ):
@@ -126,9 +129,9 @@ def check_output(file: Path) -> None:
     Raises
     ------
     UsageError
-        As in `write_runs`.
+        The name has another suffix.
     DataError
-        As in `write_runs`.
+        pyarrow is not installed.
     """
     if file.suffix not in OUTPUT_SUFFIXES:
         raise UsageError(

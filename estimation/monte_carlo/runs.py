@@ -50,7 +50,9 @@ class Estimand:
     Attributes
     ----------
     method : str
+        Method of `identify`, or an output-error fit such as ``fit:control``.
     name : str
+        Name of the parameter.
     kind : {"parameter", "direct", "physical"}
         An identified parameter; a parameter of the direct model; a declared parameter that follows
         from base parameters and known values.
@@ -72,8 +74,10 @@ class FailedRun:
     run : int
         Number of the run, from 0.
     of : str
-        The method; ``simulation`` if there is no twin, ``verdict`` if there is no verdict.
+        The method that failed; ``simulation`` if the twin could not be simulated, ``verdict`` if
+        the checks could not be evaluated.
     reason : str
+        Message of the error.
     """
 
     run: int
@@ -83,21 +87,21 @@ class FailedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockNumbers:
-    """Numbers of some runs.
+    """Estimates and statuses of checks of some runs of a study.
 
     Attributes
     ----------
     runs : (b,) array of int
         Numbers of the runs.
     estimands : tuple of Estimand
-        Length e.
+        Quantities that the methods estimate, length e.
     numbers : (b, e, 2 + 3 i) array
         Value, value minus the bias of filter and noise, then standard error and both bounds for
         each of `INTERVALS`; not a number if missing.
     checks : tuple of str
-        Length c.
+        Names of the checks, length c.
     statuses : (b, c) array of int
-        Index in `STATUSES`, -1 for none.
+        Status of each check as index in `STATUSES`; -1 for a run without the check.
     judged : (b,) array of bool
         True for runs with a verdict.
     failures : tuple of FailedRun
@@ -114,7 +118,18 @@ class BlockNumbers:
 
 @dataclass(slots=True)
 class _Run:
-    """Results of a run while they are collected; checks are None without a verdict."""
+    """Results of one run while they are collected.
+
+    Attributes
+    ----------
+    run : int
+        Number of the run, from 0.
+    values : dict of Estimand to (2 + 3 i,) array
+        Numbers of each estimand, as in `BlockNumbers`.
+    checks : dict of str to int, or None
+        Status of each check as index in `STATUSES`; None for a run without a verdict.
+    failures : list of FailedRun
+    """
 
     run: int
     values: dict[Estimand, Array] = field(default_factory=dict)
@@ -123,18 +138,21 @@ class _Run:
 
     @contextmanager
     def losing(self, of: str, lead: str = "") -> Iterator[None]:
-        """Record an error of the block as a failure; its reason begins with `lead`."""
+        """Record an error in the ``with`` block as a failure, and go on after the block.
+
+        `of` is the part of the run that failed, as in `FailedRun`; the reason begins with `lead`.
+        """
         try:
             yield
         except AxisidError as error:
             self.lost(of, f"{lead}{error}")
 
     def lost(self, of: str, reason: str) -> None:
-        """Record a failure."""
+        """Record the failure of a method, or of another part of the run, with its reason."""
         self.failures.append(FailedRun(run=self.run, of=of, reason=reason))
 
     def judged(self, statuses: Mapping[str, str]) -> None:
-        """Record the statuses of checks by name."""
+        """Record the statuses of checks by name, in addition to those already recorded."""
         ended = {name: STATUSES.index(status) for name, status in statuses.items()}
         self.checks = {**(self.checks or {}), **ended}
 
@@ -183,7 +201,10 @@ def block_numbers(
 
 
 def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
-    """Yield the results of batched runs."""
+    """Yield the results of runs that are simulated and identified in parallel lanes.
+
+    The plan has one method, and the runs have no verdict.
+    """
     (method,) = plan.methods
     lanes, unsimulated = twin_lanes(plan.twin, plan.noise, plan.seed, runs, threads)
     found = identify_lanes(plan.axis, lanes, method, plan.prefilter, lags=plan.settings["lags"])
@@ -206,16 +227,31 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
 
 
 def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int) -> _Run:
-    """Return the results of one run by all methods, with its verdict if planned."""
+    """Return the results of one run by all methods, with its verdict if planned.
+
+    A method that fails is recorded as a failure of the run; the other methods go on.
+
+    Parameters
+    ----------
+    plan : MonteCarloPlan
+    number : int
+        Number of the run, from 0.
+    record : Record or str
+        The twin; a text if its simulation failed: the reason.
+    bootstrap : int
+        Number of simulated replicas for bias and standard errors; 0 for none.
+    """
     run, is_judged = _Run(number), number < plan.checks
     if isinstance(record, str):
         run.lost(SIMULATION, record)
         return run
+    # The methods of `identify`, and its verdict.
     if (result := _identified(plan, run, record, bootstrap)) is not None:
         if is_judged:
             with run.losing(VERDICT):
                 run.judged({check.name: check.status for check in result.verdict})
         run.values.update(estimand_numbers(result, judged=run.checks is not None))
+    # The output-error fits, and their checks.
     for method in plan.fits:
         with run.losing(method):
             found = fit(plan.axis, record, fitted_output(method), **asdict(plan.levels))
@@ -243,7 +279,11 @@ def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array
 def _identified(
     plan: MonteCarloPlan, run: _Run, record: Record, bootstrap: int
 ) -> Identification | None:
-    """Return the identification by all methods that succeed; None if none does."""
+    """Return the identification by all methods that succeed; None if none does.
+
+    All methods are tried together first. If that fails, each is tried alone, and those that fail
+    are recorded as failures of the run.
+    """
     with suppress(AxisidError):
         return _estimated(plan, record, plan.regressions, bootstrap) if plan.regressions else None
     able: list[str] = []
@@ -257,7 +297,7 @@ def _identified(
 def _estimated(
     plan: MonteCarloPlan, record: Record, methods: Sequence[str], bootstrap: int
 ) -> Identification:
-    """Return the identification by methods, with its intervals computed."""
+    """Return the identification of a record by methods; errors of intervals are raised here."""
     settings = {**plan.settings, **asdict(plan.levels), "bootstrap": bootstrap}
     result = identify(plan.axis, record, plan.prefilter, methods, **settings, judge=False)
     for method in methods:
@@ -274,7 +314,7 @@ def estimand_numbers(
     ----------
     result : Identification
     judged : bool
-        Whether intervals for the model error are included.
+        True if intervals for the model error are included.
     """
     for method, estimate in result.estimates.items():
         bands = result.diagnosis.bands.get(method, {}) if judged else {}
@@ -293,7 +333,11 @@ def estimand_numbers(
 
 
 def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
-    """Return the numbers of a value; intervals for covariances with given degrees of freedom."""
+    """Return the numbers of an estimate in a run, (2 + 3 i,), as in `BlockNumbers`.
+
+    Intervals are those of the reported covariance, and of covariances with given degrees of freedom
+    (`freedom`, by name).
+    """
     intervals: dict[str, Interval] = {}
     for of in COVARIANCES:
         if of == value.chosen:
@@ -304,12 +348,15 @@ def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
 
 
 def _stated(value: float, deviation: float, freedom: float) -> Interval:
-    """Return the standard error with Student's interval about a value."""
+    """Return the standard error (`deviation`) and both bounds of Student's interval of a value."""
     return float(deviation), student_interval(value, float(deviation), float(freedom))
 
 
 def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> Array:
-    """Return the numbers of an estimand in a run, (2 + 3 i,)."""
+    """Return the numbers of an estimand in a run, (2 + 3 i,); not a number for missing intervals.
+
+    `corrected` is the value minus the bias of filter and noise; intervals are by name.
+    """
     row = np.full(_WIDTH, np.nan)
     row[:2] = value, corrected
     for of, (deviation, bounds) in intervals.items():
@@ -319,7 +366,7 @@ def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> A
 
 
 def lost_block(block: range, reason: str) -> BlockNumbers:
-    """Return runs without numbers, as their process was killed."""
+    """Return runs without numbers, each with a failure; their process was killed (`reason`)."""
     return joined(
         [
             _Run(n, failures=[FailedRun(run=n, of=SIMULATION, reason=reason)]).numbers()
@@ -329,7 +376,7 @@ def lost_block(block: range, reason: str) -> BlockNumbers:
 
 
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
-    """Return blocks as one, sorted by run."""
+    """Return blocks of runs as one block, sorted by run."""
     ordered = sorted(blocks, key=lambda block: int(block.runs[0]))
     # Unique, in order of first occurrence.
     estimands = tuple(dict.fromkeys(each for block in ordered for each in block.estimands))
@@ -350,7 +397,17 @@ def _stacked(
     columns: tuple[object, ...],
     missing: float,
 ) -> NDArray[Any]:
-    """Stack arrays by run with common columns; columns that an array lacks are `missing`."""
+    """Return arrays stacked by run, with common columns.
+
+    Parameters
+    ----------
+    parts : sequence of (array, tuple)
+        Array of each block, with the estimands or checks of its columns.
+    columns : tuple
+        Estimands or checks of all columns of the result.
+    missing : float
+        Value of a column that a block lacks.
+    """
     place = {column: i for i, column in enumerate(columns)}
     stacked = []
     for array, own in parts:

@@ -62,7 +62,7 @@ class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
         return self.count / self.of if self.of else math.nan
 
     def interval_at(self, level: float) -> tuple[float, float]:
-        """Return Wilson's interval of the probability at a level; 0 to 1 without trials."""
+        """Return Wilson's interval of the probability at a confidence level; 0 to 1 if unknown."""
         from scipy.stats import binomtest
 
         if not self.of:
@@ -168,7 +168,7 @@ class CheckFigures(Struct, frozen=True, kw_only=True, rename={"missing": "not_ev
 
 
 class StudyFigures(Checked):
-    """Base of studies: checks of their figures."""
+    """Base class of a study and of a saved study: checks of their figures."""
 
     __slots__ = ()
 

@@ -89,7 +89,7 @@ def measured_noise(
 
 
 def _sensor_noise(data: FilteredRecord, quiet: FilteredRecord, physical: Array) -> MeasuredChain:
-    """Estimate quantisation steps and white sensor noise from second differences.
+    """Return the quantisation steps and white sensor noise of a record, from second differences.
 
     A step is that of the grid of the logged values. A signal minus the noise-free signal has second
     differences ``d_t = e_(t-1) - 2 e_t + e_(t+1)``; white noise of standard deviation sigma gives
@@ -101,6 +101,7 @@ def _sensor_noise(data: FilteredRecord, quiet: FilteredRecord, physical: Array) 
     quiet : FilteredRecord
         The noise-free record from the simulated loops.
     physical : (p,) array
+        Parameters of this record's axis.
     """
     position_step, velocity_step = sensor_steps(data.axis, data.record)
     velocity: float | None = 0.0
@@ -132,7 +133,9 @@ class _InverseModelRows:
         The record without samples near velocity reversals of record or simulation, where the
         residual is not noise of a fixed spectrum.
     physical : (p,) array
+        Parameters of this record's axis.
     spectrum : RowSpectrum
+        Power spectrum of the rows by frequency band.
     filter_residuals : (n,) array
         Residuals of the noise-free record, which are due to the filter alone.
     times : tuple of float
@@ -208,7 +211,7 @@ class _BandPowers:
 def _power_about_replicas(
     data: FilteredRecord, residuals: Array, rows: _InverseModelRows, chain: Chain
 ) -> _BandPowers:
-    """Compute the power by band of the residual about the mean residual of simulated replicas.
+    """Return the power by band of the residual about the mean residual of simulated replicas.
 
     Replicas have the position noise and encoder steps of the chain but no disturbance. Their mean
     residual is systematic: an undisturbed loop repeats its limit cycle over the encoder steps. With
@@ -283,7 +286,9 @@ def _corrected_for_limit_cycle(
     rows: _InverseModelRows,
     chain: Chain,
 ) -> Array:
-    """Correct the variances of disturbances for the limit cycle of a disturbed loop.
+    """Return the variances of disturbances, corrected for the limit cycle of a disturbed loop.
+
+    Without encoder steps there is no limit cycle, and the variances are not changed.
 
     A disturbance changes the limit cycle over the encoder steps, and the change is part of the
     estimated variances. Replicas with the disturbances have the mean power ``D_b``, of which
@@ -297,12 +302,14 @@ def _corrected_for_limit_cycle(
     Returns
     -------
     (1 + m, k) array
+        Variances of k disturbances for each background.
     """
     refinements = 0
     if chain.position_step:
         refinements = _REFINEMENTS
 
     def power_of(replica: FilteredRecord) -> Array:
+        """Return the power by band of a replica about the mean of undisturbed ones, (b,)."""
         return rows.spectrum.power(rows.residuals(replica) - powers.repeated)
 
     for _ in range(refinements):
@@ -344,9 +351,10 @@ def _replica_statistics(
     physical: Array,
     chain: Chain,
 ) -> Array:
-    """Return a statistic (b,) of simulated replicas with the noise of a chain, (m, b).
+    """Return a statistic of m simulated replicas with the noise of a chain, (m, b).
 
-    One row of zeros for a chain without noise, or where no replica can be simulated.
+    `statistic` is a function of a replica that returns b numbers. The result is one row of zeros
+    for a chain without noise, or if no replica can be simulated.
     """
     found = [statistic(replica) for replica in twins_of(data, physical, chain, _REPLICAS)]
     if found:
@@ -357,7 +365,7 @@ def _replica_statistics(
 def _control_noise(
     data: FilteredRecord, residuals: Array, rows: _InverseModelRows, chain: Chain
 ) -> Autoregressions:
-    """Estimate the noise that only the log adds to the control.
+    """Return the noise that only the log adds to the control, as autoregressions.
 
     The control error of the law, ``n = u - u_law``, contains the noise and errors of the law. The
     residual r of the inverse model contains the noise, filtered like the force, and disturbances.
@@ -407,17 +415,20 @@ def _control_noise(
 def _autoregressions(
     times: Sequence[float], unit_power: Array, power: Array, variances: Array
 ) -> Autoregressions:
-    """Return the autoregressions with more than a thousandth of the power of some band.
+    """Return the disturbances with more than a thousandth of the power of some band.
+
+    Each is a first-order autoregression: its correlation time, s, and its standard deviation.
 
     Parameters
     ----------
     times : sequence of float
         Correlation times, s.
     unit_power : (m, b) array
-        Power by band of each with standard deviation 1.
+        Power by band of an autoregression of each time with standard deviation 1.
     power : (b,) array
         Observed power.
     variances : (m,) array
+        Variance of the autoregression of each time.
     """
     is_visible = np.any(variances[:, None] * unit_power > _MIN_BAND_SHARE * power, axis=1)
     return tuple(
@@ -481,7 +492,7 @@ def _log_likelihood(
 def _position_noise(
     data: FilteredRecord, quiet: FilteredRecord, physical: Array, chain: Chain
 ) -> tuple[float, float]:
-    """Return the standard deviations of white position noise and of the sampling jitter in s.
+    """Return the standard deviations of white position noise, SI, and of the sampling jitter, s.
 
     Noise of standard deviation sigma and jitter tau at the speed v give second differences the mean
     square ``6 (sigma^2 + tau^2 v^2)``, in addition to that of the encoder steps of replicas. Both
@@ -492,12 +503,14 @@ def _position_noise(
     """
     if data.record.integrated:
         return 0.0, 0.0
+    # Samples in classes of equal size by speed.
     speed = np.abs(data.motion[1])
     inner = np.concatenate([np.arange(a + 1, b - 1) for a, b in data.record.spans])
     order = inner[np.argsort(speed[inner], kind="stable")]
     classes = [each for each in np.array_split(order, _SPEED_CLASSES) if len(each)]
 
     def power_of(other: FilteredRecord) -> Array:
+        """Return the mean squared second difference of a record's noise by class of speed."""
         second = np.diff(other.record.position - quiet.record.position, 2) ** 2
         return np.array([second[each - 1].mean() for each in classes])
 
@@ -520,6 +533,7 @@ def _position_noise(
     )
     variances = with_jitter if gain else without_jitter
     position, jitter = map(float, np.sqrt(variances))
+    # Scale both by the effect that this noise has in simulated replicas.
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
     noisy = replace(chain, position=position, jitter=jitter)
     of_noisy = _replica_statistics(power_of, data, physical, noisy).mean(axis=0)
@@ -631,7 +645,7 @@ class RowSpectrum:
         return rows.counted()
 
     def counted(self) -> "RowSpectrum":
-        """Return the spectrum with counts set: ``n_B = sum_(f in B) (1 - min(h_f, 0.8))``.
+        """Return the spectrum with `counts` set to ``n_B = sum_(f in B) (1 - min(h_f, 0.8))``.
 
         The leverage ``h_f = sum_j |F(q_j)_f|^2 / n`` of a frequency is the share of its power that
         the basis columns q take.

@@ -60,11 +60,12 @@ class NoiseSources(Finding):
 
 
 def noise_sources(chain: Chain, unit: str, control_unit: str) -> NoiseSources:
-    """Return the sources of noise of a chain.
+    """Return the sources of a record's noise that are present, with sizes and units.
 
     Parameters
     ----------
     chain : Chain
+        Noise of the record.
     unit, control_unit : str
         Units of the coordinate and of the control.
     """

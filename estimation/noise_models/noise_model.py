@@ -34,6 +34,7 @@ class AntitheticDraws:
     ----------
     rng : numpy.random.Generator
     sign : float
+        1, or -1 for numbers with the opposite sign.
     """
 
     rng: np.random.Generator
@@ -124,7 +125,7 @@ class Chain:
 
     @property
     def likeliest(self) -> "Chain":
-        """The plain chain of the most likely values, as it is reported and written to files."""
+        """The noise with its most likely values only, as it is reported and written to files."""
         return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
 
     @property
@@ -139,11 +140,17 @@ class Chain:
         return any(getattr(self, name) for name in of_chance)
 
     def drawn_offset(self, rng: AntitheticDraws) -> float:
-        """Draw the distance of the first position from the middle of an encoder step."""
+        """Return a random distance of the first position from the middle of an encoder step, SI.
+
+        It is 0 if motions do not begin at a random place.
+        """
         return self.anywhere * self.position_step * rng.of_a_step()
 
     def drawn_disturbance(self, rng: AntitheticDraws, samples: int, period: float) -> Array:
-        """Draw a disturbance that adds to the control, (N,), in the drive's unit."""
+        """Return a random disturbance that adds to the control, (N,), in the drive's unit.
+
+        `samples` is N, `period` the sampling period, s.
+        """
         return _drawn(self.disturbances, rng, samples, period)
 
     def logged_control(self, rng: AntitheticDraws, control: Array, period: float) -> Array:
@@ -190,7 +197,10 @@ class MeasuredChain(Chain):
     drawn: tuple[Autoregressions, ...] = ()
 
     def drawn_disturbance(self, rng: AntitheticDraws, samples: int, period: float) -> Array:
-        """See `Chain.drawn_disturbance`."""
+        """Return a random disturbance that adds to the control, (N,), in the drive's unit.
+
+        It is drawn from one of the alternative estimates.
+        """
         # Replicas of opposite noise choose the same alternative.
         chosen = self.drawn[rng.rng.integers(len(self.drawn))] if self.drawn else self.disturbances
         return _drawn(chosen, rng, samples, period)
@@ -202,6 +212,7 @@ _FLAGS = ("anywhere", "is_measured_by_law")
 
 
 def _is_size(value: object) -> bool:
+    """Return True for a finite number of 0 or more."""
     return is_real(value) and 0 <= value < math.inf
 
 
@@ -214,7 +225,7 @@ def _rounded(values: Array, step: float, rng: AntitheticDraws) -> Array:
 
 
 def _drawn(parts: Autoregressions, rng: AntitheticDraws, samples: int, period: float) -> Array:
-    """Draw a sum of autoregressions, (N,)."""
+    """Return a random sum of autoregressions, (N,), for N samples with a period in s."""
     longest = max((time for time, _ in parts), default=0.0)
     run_in = min(samples, int(np.ceil(_RUN_IN * longest / period)))
     m = next_fast_len(samples + run_in, real=True)

@@ -49,8 +49,9 @@ class Twins:
     Attributes
     ----------
     problem : Problem
+        The records.
     form : Form
-        The form that the parameters belong to.
+        The form that the parameters `at` belong to.
     at : (p,) array
         Physical parameters of the simulated loops, rounded to the digits of the simulation.
     chains : tuple of Chain
@@ -77,7 +78,10 @@ class Twins:
             object.__setattr__(self, "count", 1)
 
     def solutions(self, form: Form, solver: Solver) -> list[Solution]:
-        """Return a solver's solution of each replica, by one step from the estimate."""
+        """Return the solution of each replica's rows of a form, by one step from the estimate.
+
+        Replicas without a solution are left out.
+        """
         solutions = []
         for rows in self.rows(form):
             with suppress(EstimationError):
@@ -87,7 +91,10 @@ class Twins:
         return solutions
 
     def rows(self, form: Form) -> Iterable[Equations]:
-        """Return the rows of each replica, one replica after the other."""
+        """Return the rows of a form for each replica, one replica after the other.
+
+        Rows of a linear form are simulated once, together with those of the other linear forms.
+        """
         if not form.is_linear:
             return (rows for (rows,) in self._drawn([form]))
         if type(form) not in self._linear:
@@ -99,10 +106,12 @@ class Twins:
         return self._linear[type(form)]
 
     def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
+        """Yield the rows of each form for each simulated replica of all records."""
         data = self.problem.data
         physical = [self.form.own(self.at, place) for place in range(len(data))]
 
         def twins(run: int) -> list[Signals]:
+            """Return the filtered signals of the replica of each record in a run."""
             return [
                 twin_of(each, theta, chain, _draws(each.record, run)).signals
                 for each, theta, chain in zip(data, physical, self.chains, strict=True)
@@ -160,10 +169,11 @@ def twins_of(
     physical : (p,) array
         Parameters of the record's axis.
     chain : Chain
+        Noise of the record.
     count : int
         Number of replicas.
     paired : bool
-        Whether replicas are in pairs of opposite noise; by default all are independent.
+        True for pairs of replicas with opposite noise; by default all are independent.
     """
     if chain.is_silent:
         return
@@ -176,9 +186,10 @@ def twins_of(
 
 
 def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
-    """Return the noise-free record: recorded columns replaced by simulated ones, same filter.
+    """Return a record with its columns replaced by those of simulated loops, with the same filter.
 
-    Each recorded column has the values that its sensor would measure in the simulated loops.
+    Each recorded column has the values that its sensor would measure in the loops, one for each
+    segment, without noise.
     """
     record = data.record
     jumps = data.axis.jumps
@@ -211,7 +222,9 @@ def twin_of(
     physical : (p,) array
         Parameters of the record's axis.
     chain : Chain
+        Noise of the record.
     rng : AntitheticDraws
+        Random numbers of the replica.
 
     Raises
     ------
@@ -220,6 +233,7 @@ def twin_of(
     """
     record, samples = data.record, len(data.record)
     by_law, step = chain.is_measured_by_law, chain.position_step
+    # Random numbers, always drawn in the same order.
     offset = chain.drawn_offset(rng)
     noise = chain.position * rng.normal(samples) + offset
     disturbance = chain.drawn_disturbance(rng, samples, record.period)
@@ -239,6 +253,7 @@ def twin_of(
             loops = simulated(disturbance=disturbance)
             control = np.concatenate([loop.control for loop in loops]) - disturbance
             disturbance = disturbance + control * np.diff(late) / record.period
+    # The logged control and force do not include the disturbance.
     loops = simulated(disturbance=disturbance)
     control = np.concatenate([loop.control for loop in loops]) - disturbance
     disturbed, alone = (

@@ -52,13 +52,14 @@ class FitStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightedLoss:
-    """Weights and loss of the residuals.
+    """Weights and loss function of the residuals.
 
     Attributes
     ----------
     weights : (n,) array
         Inverse standard deviation of the noise of each row; 0 for rows that are not used.
     loss : callable
+        Loss function rho with its first two derivatives, see `Loss`.
     tuning : float
         Scale of the loss in standard deviations of the noise.
     shares : (n,) array
@@ -71,7 +72,10 @@ class WeightedLoss:
     shares: Array
 
     def counted(self, z: Array) -> Array:
-        """Return the loss of squared residuals (n,) with its first two derivatives, (3, n)."""
+        """Return the loss with its first two derivatives, (3, n).
+
+        `z`, (n,), are squared weighted residuals over the squared scale of the loss.
+        """
         # The share scales the loss, not the residual for which the loss is evaluated.
         value, first, second = self.loss(z / self.shares)
         return np.array([self.shares * value, first, second / self.shares])
@@ -117,10 +121,14 @@ class Search:
     Parameters
     ----------
     predictions : OutputResiduals
+        Residuals as a function of the parameters.
     unknowns : Unknowns
+        Bounds, prior values and fixed values of the parameters.
     scale : (P,) array
+        Scales of the parameters.
     weighing : WeightedLoss
     progress : callable, optional
+        As in `fit`.
     resolution : float
         Length r of the last step in standard errors. A Gauss-Newton step d reduces the cost F by
         ``d' H d / 2`` with ``H = J' J``, and the covariance of the parameters is ``s^2 inv(H)``
@@ -170,7 +178,11 @@ class Search:
             return replace(self._best, steps=tuple(self._steps), interrupted=True)
 
     def _searched(self, start: Array) -> SearchResult:
-        """Search, and repeat the search until the active bounds do not change."""
+        """Return the end of a search that is repeated until the active bounds do not change.
+
+        After each search, parameters that the residuals drive to a bound are fixed there, and
+        parameters that they drive away from a bound are freed.
+        """
         at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
         for left in reversed(range(self._rounds)):
             at, converged = self._ended(at, bound)
@@ -196,9 +208,10 @@ class Search:
         )
 
     def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, bool]:
-        """Return the end of one trust-region search with active bounds fixed, and convergence.
+        """Return the parameters (P,) at the end of one trust-region search, and if it converged.
 
-        The search is in units of the parameters' scales.
+        The search starts at parameters `at`, (P,), and is in units of the parameters' scales.
+        Parameters with an active bound (`bound` is -1 or 1) are fixed.
         """
         u = self._unknowns
         if not (chosen := u.free & (bound == 0)).any():
@@ -209,11 +222,13 @@ class Search:
         bounds = u.lower[chosen] / scale, u.upper[chosen] / scale
 
         def whole(x: Array) -> Array:
+            """Return all parameters, (P,), for scaled values of the searched ones."""
             there = at.copy()
             there[chosen] = x * scale
             return np.where(u.free, np.clip(there, u.lower, u.upper), at)
 
         def loss(z: Any) -> Any:
+            """Return the loss of the rows, then squares of the prior errors, with derivatives."""
             found = _squares(z)
             found[:, :rows] = self._weighing.counted(z[:rows])
             return found
@@ -235,7 +250,10 @@ class Search:
         return whole(ended.x), bool(ended.status > 0)
 
     def _residuals(self, at: Array) -> Array:
-        """Return weighted residuals, then prior errors; large values for a failed loop."""
+        """Return weighted residuals, then prior errors, at parameters (P,), (n + j,).
+
+        They are large values if the loop cannot be simulated.
+        """
         if np.array_equal(self._at, at) or not self._largest:
             return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         if (lanes := self._predictions(at[None, :])).failures:
@@ -244,12 +262,15 @@ class Search:
         return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)
 
     def _jacobian(self, at: Array) -> Array:
-        """Return the Jacobian of weighted residuals and prior errors."""
+        """Return the Jacobian of weighted residuals and prior errors, (n + j, P)."""
         jacobian = self._weighing.weights[:, None] * self._slopes_at(at)[1]
         return np.vstack([jacobian, self._unknowns.known_rows])
 
     def _slopes_at(self, at: Array) -> tuple[Array, Array]:
-        """Return residuals (n,) and their Jacobian (n, P) at parameters (P,)."""
+        """Return residuals (n,) and their Jacobian (n, P) at parameters (P,).
+
+        New parameters count as a step of the search, which is stored and reported.
+        """
         if np.array_equal(self._at, at):
             return self._slopes
         self._predictions.settle(at)
@@ -268,7 +289,7 @@ class Search:
         return self._slopes
 
     def _keep_best(self, at: Array) -> None:
-        """Store the last point as the best one, if no earlier point has a lower cost."""
+        """Store the last parameters as the best ones, if no earlier ones have a lower cost."""
         errors, jacobian = self._slopes
         cost = cost_of(at, errors, self._unknowns, self._weighing)
         if self._best is None or cost <= self._best.cost:
@@ -304,9 +325,11 @@ class Search:
         return rows, jacobian
 
     def _at_bounds(self, at: Array) -> NDArray[np.int8]:
-        """Return the active bounds, -1 or 1, of parameters that the residuals drive to a bound.
+        """Return the active bounds at parameters `at`, (P,): -1 lower, 1 upper, 0 none.
 
-        Weights are those of the start, so that standard errors use the present residuals.
+        A bound is active if the parameter is within a part of its standard error of it, and the
+        cost falls beyond it. The standard errors are scaled by the present residuals, as the
+        weights are those of the start.
         """
         (errors, _), u = self._slopes_at(at), self._unknowns
         rows, jacobian = weighed_rows(at, errors, u, self._weighing), self._jacobian(at)

@@ -84,16 +84,17 @@ _FACTORS = "law's factors"
 
 @in_one_thread
 def judged(of: OutputFit) -> tuple[Check, ...]:
-    """Return the checks, in the order in which they are reported."""
+    """Return the checks of a fit that apply, in the order in which they are reported."""
     checks = (made(name, partial(check, of)) for name, check in _CHECKS.items())
     return tuple(check for check in checks if check is not None)
 
 
 def control_law_check(of: OutputFit) -> Check | Missing:
-    """Compare the declared law with the recorded control, by the changes of the parameters.
+    """Return the check that the recorded control follows the declared law.
 
     The check fails if a plausible explanation of the difference changes a parameter beyond its
     interval. It is a note if the law fails, but no such explanation changes a parameter so much.
+    Otherwise it is that of the first record that fails. Missing if the law cannot be compared.
     """
     check, moved = law_check(of.law), _moved_most(of)
     if isinstance(check, Missing):
@@ -149,7 +150,11 @@ class _LargestMove:
 
 
 def _moved_most(of: OutputFit) -> _LargestMove | None:
-    """Return the largest change by plausible explanations of the records; None without any."""
+    """Return the parameter that a plausible explanation of the control changes most.
+
+    Changes beyond the interval of a parameter come first. None if no change could be calculated, or
+    no record shows one.
+    """
     if isinstance(moves := of.law_moves_by_explanation, Missing):
         return None
     laws = [each for each in of.laws if isinstance(each, LawAgreement)]
@@ -181,7 +186,10 @@ def _moved_most(of: OutputFit) -> _LargestMove | None:
 
 
 def law_factors_check(of: OutputFit) -> Check | Missing | None:
-    """Return the check of the changes by the difference between law and recorded control."""
+    """Return the check that the difference between law and control changes no parameter too much.
+
+    Missing if the changes could not be calculated; None if no record shows a difference.
+    """
     if isinstance(of.law_moves_by_explanation, Missing):
         return of.law_moves_by_explanation
     moved = _moved_most(of)
@@ -207,7 +215,10 @@ def _is_explained(of: OutputFit) -> bool:
 
 
 def _correction_of_law(of: OutputFit, moved: _LargestMove) -> LawCorrection:
-    """Return the term of the law that changes a parameter most, if gains differ."""
+    """Return the correction of the law: the term that changes the parameter of `moved` most.
+
+    The term is None if other gains are not the cause.
+    """
     term = factor = None
     if GAINS in moved.kind:
         parts = {
@@ -223,7 +234,10 @@ def _correction_of_law(of: OutputFit, moved: _LargestMove) -> LawCorrection:
 
 
 def exact_law_check(of: OutputFit) -> Check | None:
-    """Return the check of the parameters' sensitivity to an error of the law."""
+    """Return the check of the parameters' sensitivity to an error of 1 % in a term of the law.
+
+    None if the sensitivity is unknown.
+    """
     if not of.law_moves:
         return None
     # An estimated gain includes the error of the law.
@@ -261,7 +275,11 @@ def convergence_check(of: OutputFit) -> Check:
 
 
 def noise_in_loop_check(of: OutputFit) -> Missing | None:
-    """Return the reason why the bias by noise in the loop is unknown; a known one is corrected."""
+    """Return the reason why the bias by noise in the loop is unknown; None if it is corrected.
+
+    NotUsed if the bias is not expected for this fit, Missing otherwise; None also if it was not
+    requested.
+    """
     if not isinstance(of.moved, Missing):
         return None
     reason = f"the bias of the parameters by noise in the loop is unknown: {of.moved.reason}"
@@ -270,7 +288,7 @@ def noise_in_loop_check(of: OutputFit) -> Missing | None:
 
 
 def starts_check(of: OutputFit) -> Check | None:
-    """Return the check that several searches end at one minimum."""
+    """Return the check that several searches end at one minimum; None for a single search."""
     if len(of.searches) < 2:
         return None
     searches = len(of.searches)
@@ -287,7 +305,10 @@ def starts_check(of: OutputFit) -> Check | None:
 
 
 def windows_check(of: OutputFit) -> Check | None:
-    """Return the check that an open loop has enough windows, in which errors do not grow."""
+    """Return the check that an open loop has enough windows, in which errors do not grow.
+
+    None for a closed loop.
+    """
     if not isinstance(of.predictions, MultipleShootingResiduals) or of.horizon is None:
         return None
     steady = of.predictions.steady_horizon(of.physical)
@@ -315,7 +336,11 @@ def windows_check(of: OutputFit) -> Check | None:
 
 
 def simulation_check(of: OutputFit) -> Check:
-    """Return the check of the error beyond noise; noise may be most of a small output."""
+    """Return the check that the simulated output follows the recorded one, except for noise.
+
+    The error beyond noise is limited, as noise may be most of a small output; and so is the error
+    including noise.
+    """
     # The oscillation of an unstable loop looks like noise, but its error is above 100 %.
     lost = of.error_percent > _MAX_ERROR
     worst = max(of.of_records, key=lambda each: each.percent if lost else each.percent_beyond_noise)
@@ -339,7 +364,11 @@ def simulation_check(of: OutputFit) -> Check:
 
 
 def missing_terms_check(of: OutputFit) -> Check | None:
-    """Return the check that no missing term and no fixed value explains part of the residual."""
+    """Return the check that no missing term and no fixed value explains part of the residual.
+
+    It is a note if a wrong control law, or a bound that the record contradicts, is another possible
+    cause. None if there is no such check.
+    """
     check = joined_check("missing terms", of)
     if check is None or check.status != "fail":
         return check
@@ -357,14 +386,20 @@ def missing_terms_check(of: OutputFit) -> Check | None:
 
 
 def moved_check(of: OutputFit) -> Check | None:
-    """Return the check that missing terms do not bias a parameter too much for its use."""
+    """Return the check that missing terms do not bias a parameter too much for its use.
+
+    None if it applies to no record.
+    """
     found = missing_terms_check(of)
     checks = [moved_parameters_check(found, lacks) for lacks in of.lacks]
     return joined(checks, record_labels(of.records))
 
 
 def joined_check(name: str, of: OutputFit) -> Check | None:
-    """Return the misspecification check of a name, over all records."""
+    """Return the misspecification check of a name, joined over all records; None if none applies.
+
+    Names are those of `misspecification_check`, such as ``missing terms`` and ``outliers``.
+    """
     checks = [
         made(name, partial(misspecification_check, lacks, name, axis, record, of.levels))
         for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
@@ -395,9 +430,13 @@ def rests_check(of: OutputFit) -> Check | None:
 
 
 def records_alike_check(of: OutputFit) -> Check | Missing | None:
-    """Return the check that several records have the same parameters; None for one record."""
+    """Return the check that several records have the same parameters; None for one record.
+
+    The parameters of each record alone are compared with the common ones, to first order.
+    """
     if len(of.records) < 2:
         return None
+    # Parameters that records must have in common; then the derivatives of each record by them.
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
     shared &= ~np.isin(of.names, (*of.estimated_gains.names, GAIN))
     sandwich, places = of.judged_sandwich, np.flatnonzero(of.unknowns.free & (of.sides == 0))
@@ -434,7 +473,10 @@ _LEAST_VARIANCE = 1e-2  # of the prior's variance: least variance of the distanc
 
 
 def known_check(of: OutputFit) -> Check | None:
-    """Compare the prior values with the records."""
+    """Return the check that prior values agree with the records; None without prior values.
+
+    The distance is in standard errors of the difference; the farthest parameter is reported.
+    """
     if not of.prior:
         return None
     far = dict[str, float]()
@@ -481,7 +523,12 @@ def shown_check(of: OutputFit) -> Check:
 
 
 def precise_check(of: OutputFit) -> Check | None:
-    """Compare every parameter that is free and shown by the outputs with its standard error."""
+    """Return the check of the relative standard errors of free parameters; None without any.
+
+    A parameter that changes the output negligibly, also with twice its standard error, may have a
+    large one.
+    """
+    # Effect of each parameter on the output (norm and largest value), relative to the largest.
     parts = np.abs(of.weighing.weights[:, None] * of.best.jacobian * of.physical)
     whole, peak = (
         np.divide(x, x.max() or 1.0) for x in (np.linalg.norm(parts, axis=0), parts.max(axis=0))
@@ -498,10 +545,12 @@ def precise_check(of: OutputFit) -> Check | None:
     vague = percent > MAX_RELATIVE_DEVIATION.value
     errors = [relative_error(n, float(p)) for n, p in zip(of.names, percent, strict=True)]
     unidentified = tuple(errors[j] for j in np.flatnonzero(vague & ~small))
+    others = percent[~(vague & small)]
     return precision_check(
         float(percent.max()),
         FitPrecision(
-            largest_percent=finite(float(np.max(percent[~(vague & small)], initial=0.0))),
+            largest_percent=finite(float(np.max(others))) if len(others) else None,
+            has_others=bool(len(others)),
             negligible=tuple(errors[j] for j in np.flatnonzero(vague & small)),
             unidentified=unidentified,
         ),

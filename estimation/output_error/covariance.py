@@ -160,7 +160,11 @@ class Sandwich:
         return np.asarray(factor @ factor.T)
 
     def influence(self, weights: Array) -> Array:
-        """Return the influence of errors with weights (n,) on the parameters, (k, n)."""
+        """Return the influence of the errors of the outputs on the parameters, (k, n).
+
+        Errors e change the parameters by minus the influence times e; `weights`, (n,), are those of
+        the errors.
+        """
         weighed = self.curvature[:, None] * self.jacobian * weights[:, None]
         return np.asarray(self.inverse @ weighed.T)
 
@@ -178,10 +182,11 @@ class Sandwich:
         )
 
     def coloured(self, *, clustered: bool = False) -> CovarianceEstimate:
-        """Return the covariance for autoregressive errors, (k, k).
+        """Return the covariance for autocorrelated errors, (k, k), with degrees of freedom.
 
-        If `clustered`, by the scatter over stretches, which are windows of an open loop. The part
-        of the prior values has infinite degrees of freedom.
+        The errors of each record follow an autoregression. If `clustered`, the covariance is the
+        scatter over windows of an open loop instead. The part that is due to the standard errors of
+        prior values has infinite degrees of freedom.
         """
         columns, known = self.jacobian @ self.inverse, self.by_known()
         if clustered:
@@ -197,7 +202,17 @@ class Sandwich:
         return sum_covariances([*parts, sure])
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
-        """Return the covariance of scores by one record, with columns (n, j)."""
+        """Return the covariance that the errors of one record cause, (j, j).
+
+        Parameters
+        ----------
+        columns : (n, j) array
+            Influence of all errors on j quantities.
+        r : int
+            Number of the record.
+        taken : float
+            Degrees of freedom that the fit has taken from the errors of the record.
+        """
         spans = self.spans[r]
         used = int(self.counted[record_rows(spans)].sum())
         return autoregressive_covariance(columns, self.autoregressions[r], spans, used, taken)
@@ -207,14 +222,15 @@ class Sandwich:
         return self._sandwich(sum(map(self._independent, self.spans), self.known.T @ self.known))
 
     def by_known(self) -> Array:
-        """Return the covariance by the standard errors of prior values, (k, k)."""
+        """Return the covariance that the standard errors of prior values cause, (k, k)."""
         return self._sandwich(self.known.T @ self.known)
 
     def effects(self) -> Array:
-        """Return the ratio of coloured to independent variance by record, (r,).
+        """Return the ratio of coloured to independent variance by record, (r,); 1 if unknown.
 
-        In directions of the prior values: a record whose weights are divided by its square root has
-        the weight that its coloured errors allow relative to the prior, exactly for one parameter.
+        It is the ratio in the directions of the prior values. A record whose weights are divided by
+        the square root of the ratio has the weight relative to the prior that its autocorrelated
+        errors allow. This is exact for one parameter.
         """
         reach, ratios = self.known @ self.inverse, []
         for r, spans in enumerate(self.spans):
@@ -224,7 +240,7 @@ class Sandwich:
         return np.array(ratios)
 
     def beside(self, columns: Array) -> "Sandwich":
-        """Return the sandwich with further parameters, of slopes (n, q)."""
+        """Return the sandwich with q further parameters, by the slopes of the errors, (n, q)."""
         nothing = np.zeros((len(self.known), columns.shape[1]))
         return replace(
             self,
@@ -233,10 +249,11 @@ class Sandwich:
         )
 
     def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
-        """Return the changes by further columns (n, q), to first order; see `Solved`.
+        """Return the changes of an estimate if further parameters are estimated, to first order.
 
-        The covariance of chance is that over simulated replicas, or that of the coloured errors if
-        there are too few replicas.
+        The further parameters have the columns (n, q). Returned are the changes of all parameters,
+        (k + q,), with their covariance and their degrees of freedom. The covariance is that over
+        simulated replicas, or that of autocorrelated errors if there are too few replicas.
         """
         wide, k = self.beside(columns), self.jacobian.shape[1]
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
@@ -249,11 +266,13 @@ class Sandwich:
         return change, by_errors.matrix, by_errors.freedom
 
     def _independent(self, spans: Sequence[slice]) -> Array:
+        """Return the covariance of the score of one record for independent errors, (k, k)."""
         rows = record_rows(spans)
         J, e, used = self.jacobian[rows], self.errors[rows], int(self.counted[rows].sum())
         return np.asarray(float(e @ e) / max(used - J.shape[1], 1) * (J.T @ J))
 
     def _sandwich(self, meat: Array) -> Array:
+        """Return the covariance of the parameters, (k, k), from that of the score, (k, k)."""
         covariance = self.inverse @ meat @ self.inverse
         return np.asarray((covariance + covariance.T) / 2)
 
@@ -266,7 +285,19 @@ def sandwich_of(
     records: Sequence[Record],
     chosen: BoolArray,
 ) -> Sandwich:
-    """Return the sandwich of the chosen parameters, (P,), where a search ended."""
+    """Return the parts of the sandwich covariance at the end of a search.
+
+    Parameters
+    ----------
+    found : SearchResult
+        End of the search.
+    weighing : WeightedLoss
+    unknowns : Unknowns
+    predictions : OutputResiduals
+    records : sequence of Record
+    chosen : (P,) array of bool
+        True for the parameters of the covariance.
+    """
     weighed = weighing.weights * found.errors
     z = (weighed / weighing.tuning) ** 2
     _, first, second = weighing.counted(z)

@@ -97,10 +97,10 @@ def fit(
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-        With a control law.
+        Axis with a control law.
     record : Record or sequence of Record
-        Each with a reference and the output. A loop starts in the state of its record, segment by
-        segment.
+        One or several records, each with a reference and the output. A loop starts in the state of
+        its record, segment by segment.
     output : {"control", "position", "force", "open-loop"}, or sequence of them
         Output to fit, or several outputs together. An error of the control law changes the
         estimates of a fit of the ``control`` little, of a fit of the ``position`` much, see
@@ -223,10 +223,23 @@ def _with_time_found(
     search: Callable[[GeneratedAxis, StartLike, Parameter], FitSearch],
     period: float,
 ) -> FitSearch:
-    """Return the search that also finds a time of the drive, in rounds with loops of that time.
+    """Return the search that also estimates a time of the drive, a lag or a delay.
 
-    The period is that of the records, s, as an open loop has no law with a period. If the time does
-    not converge, the search has not converged.
+    A loop is generated for one value of the time, in which the output is linear near that value
+    only. So each round generates the loop for the last estimate, and searches again from its end.
+    If the time does not converge in a number of rounds, the search has not converged.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    time : Parameter
+        The lag or delay.
+    start : str, mapping of str to float, or Estimate
+        Start of the first round, as in `fit`.
+    search : callable
+        Function that searches with an axis, a start and the time.
+    period : float
+        Sampling period of the records, s, as an open loop has no law with a period.
     """
     value = float(getattr(axis.declared.drive, time.name))
     found: list[FitSearch] = []
@@ -251,7 +264,10 @@ def _with_time_found(
 
 
 def _standard_error_of_last(search: FitSearch) -> float:
-    """Return the standard error of the last parameter for white errors."""
+    """Return the standard error of the last parameter for white errors, SI.
+
+    It is 0 if the other parameters have the same effect on the output.
+    """
     rows = search.weighing.weights[:, None] * search.best.jacobian
     errors = search.weighing.weights * search.best.errors
     counted = int(np.count_nonzero(search.weighing.weights))
@@ -285,10 +301,27 @@ def _searched(
     keeps_rests: bool,
     progress: Progress | None,
 ) -> FitSearch:
-    """Search from a start with the loop of an axis; other arguments are those of `fit`.
+    """Return the finished searches of a fit with the simulated loop of an axis.
 
-    Weights to be estimated are NaN.
+    Parameters
+    ----------
+    generated : GeneratedAxis
+        Axis with the present value of a time of the drive that is estimated.
+    start : str, mapping of str to float, or Estimate
+    time : Parameter or None
+        Lag or delay of the drive, if it is estimated.
+    horizon : float or None
+        Length of the windows of an open loop, s; None if it is chosen, or for closed loops.
+    weights : tuple of float
+        Weights of the outputs; NaN for weights that are estimated.
+    free : sequence of str
+        Free gains of law and drive, and initial states.
+    keeps_rests : bool
+        True if samples near standstill are kept.
+
+    Other arguments are those of `fit`.
     """
+    # The parameters of all records, their bounds and prior values, and their starts.
     shared = joint_records(generated, records, None, local, known, gain, skip_bad=False)
     records, form = shared.records, form_with(free, outputs, shared, shared.own_form)
     form = form if time is None else replace(form, time=(time,))
@@ -297,6 +330,7 @@ def _searched(
     first_at = begins[0].physical
     predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
+    # For each known value with a standard error: the predictions with a changed value.
     perturbed = [
         form_with(free, outputs, shared, joint)
         for joint in perturbed_joint_forms(generated, shared.own_form)
@@ -304,11 +338,13 @@ def _searched(
     doubts = [(f, _predictions(f, records, outputs, first_at, horizon)) for f in perturbed]
     check_enough(predictions.counted, predictions.spans, unknowns)
     check_remembered(generated.axis.states, unknowns, begins)
+    # Predictions with a longer time of the drive, for the derivative by the time.
     if time is not None:
         value = float(getattr(generated.declared.drive, time.name))
         step = _TIME_STEP * records[0].period
         axes = tuple(with_drive_time(axis, time.name, value + step) for axis in form.axes)
         others = _predictions(replace(form, axes=axes), records, outputs, first_at, horizon)
+    # The searches.
     rests = {} if keeps_rests else near_rests(form, records)
     run = FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
     first, begun, lost = run.first(begins)
@@ -347,10 +383,11 @@ def _predictions(
     physical: Array,
     horizon: float | None,
 ) -> OutputResiduals:
-    """Return the predicted outputs, in windows in which errors of an open loop do not grow.
+    """Return the residuals of the outputs as a function of the parameters.
 
-    Without a given length of the windows (`horizon`, s), their growth at the parameters (P,)
-    determines it. If the windows cannot be simulated there, the search reports it.
+    A closed loop is simulated over whole segments, an open loop in windows of the length `horizon`,
+    s. If this is None, the length is the longest in which errors do not grow at given parameters
+    (`physical`, (P,)). If the windows cannot be simulated there, the search reports it.
     """
     if OPEN_LOOP not in outputs:
         return ClosedLoopResiduals(form, form.axes, records, outputs)

@@ -18,7 +18,7 @@ class LawCorrection:
     term : str or None
         Term of the law that changes the parameter most; None if no gain is the cause.
     factor : float or None
-        That term in the record, relative to the declared one.
+        Value of that term in the record, relative to the declared value; None without a term.
     follows_position_alone : bool
         True for a fit of the position only.
     """
@@ -42,7 +42,7 @@ class MovedByLaw(Finding):
     distance : float
         Change in standard errors.
     correction : LawCorrection or None
-        None if nothing has to be corrected.
+        Correction of the declared law; None if nothing has to be corrected.
     """
 
     differences: tuple[str, ...]
@@ -221,7 +221,10 @@ class FitPrecision(Finding):
     Attributes
     ----------
     largest_percent : float or None
-        The largest one, without negligible parameters; None if one of them has a value of 0.
+        The largest one, without negligible parameters; None if one of them has a value of 0, or
+        there is none.
+    has_others : bool
+        True if there are parameters that are not negligible.
     negligible : tuple of RelativeError
         Parameters that cannot be distinguished from 0 and change the output by less than 1 % of the
         largest change by a parameter.
@@ -229,6 +232,7 @@ class FitPrecision(Finding):
     """
 
     largest_percent: float | None
+    has_others: bool
     negligible: tuple[RelativeError, ...]
     unidentified: tuple[RelativeError, ...]
 

@@ -47,23 +47,30 @@ class FitSearch:
     axis, records, outputs, loss, known, bootstrap, seed
         As in `fit`.
     form : ExtendedForm
+        Map of the parameters of the fit to those of each record's axis.
     unknowns : Unknowns
+        Bounds, prior values and fixed values of the parameters.
     predictions : OutputResiduals
+        Residuals of the outputs as a function of the parameters.
     start, scale : (P,) array
         Start of the first search, and scales of the parameters' steps.
     started : str
         Kind of the start: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     weighing : WeightedLoss
     remarks : tuple of str
+        Reasons why other starts were not used.
     best : SearchResult
-        The reported search.
+        The search with the lowest cost, which is reported.
     searches : tuple of SearchResult
+        All finished searches.
     doubts : tuple of (ExtendedForm, OutputResiduals)
-        For each known value with a standard error: the form with the value larger by that.
+        For each known value with a standard error: the form and the predictions with this value
+        increased by its standard error.
     rests_count : bool
-        True if samples near standstill are kept, as the others hardly show a parameter.
+        True if samples near standstill are kept, as the other samples hardly show a parameter.
     alone : SearchResult or None
-        The search without prior values.
+        The search without prior values; None without prior values, or if the records do not show
+        every parameter.
     interrupted : bool
         True if Ctrl-C ended the searches. The best end so far is reported, without replicas.
     """
@@ -97,7 +104,7 @@ class FitSearch:
 
     @property
     def of_start(self) -> BoolArray:
-        """Parameters that are initial positions and velocities of loops, (P,)."""
+        """True for parameters that are initial positions and velocities of loops, (P,)."""
         return least_sizes(self.form) > 0
 
     @property
@@ -106,14 +113,19 @@ class FitSearch:
         return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
 
     def sandwich(self, chosen: BoolArray) -> Sandwich:
-        """Return the sandwich of the chosen parameters, (P,), where the best search ended."""
+        """Return the parts of the sandwich covariance at the end of the best search.
+
+        `chosen` is True for the parameters that it is of, (P,).
+        """
         return sandwich_of(
             self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
         )
 
 
 def near_rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredRecord]:
-    """Return the records whose samples near standstill and reversals are left out, by number.
+    """Return the filtered records whose samples near standstill and reversals are left out.
+
+    The keys are the numbers of the records, from 0. A record may also keep all its samples.
 
     They are left out around standstill and reversals of the record and of its simulated loop, as
     regressions leave out rows, at the distance that the default filter gives. At standstill
@@ -144,7 +156,23 @@ def near_rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, Filte
 
 @dataclass
 class FitRun:
-    """The searches of one fit."""
+    """The searches of one fit, and the weights of the outputs that they estimate.
+
+    Attributes
+    ----------
+    form, records, predictions, unknowns, loss, progress, alone, interrupted
+        As in `FitSearch` and `fit`.
+    given : tuple of float
+        Weights of the outputs; NaN for those that are estimated.
+    rests : mapping of int to FilteredRecord
+        Records whose samples near standstill are left out, see `near_rests`.
+    scale : (P,) array
+        Scales of the parameters' steps.
+    counted : (n,) array
+        1 for rows of the outputs with weight, 0 for others.
+    weighing : WeightedLoss
+        Present weights and loss of the rows.
+    """
 
     form: ExtendedForm
     records: Sequence[Record]
@@ -161,7 +189,16 @@ class FitRun:
     interrupted: bool = False
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
-        """Return the best start, its parameters, and the reasons for which others failed."""
+        """Return the start with the lowest cost, its parameters (P,), and reasons of failed starts.
+
+        The parameters are those of the start, moved inside the bounds. The weights of the rows are
+        estimated from the residual at the first start that can be simulated, and then at the best.
+
+        Raises
+        ------
+        EstimationError
+            No start can be simulated.
+        """
         why: list[str] = []
         tried = list[tuple[FitStart, Array, Array, Array, list[str]]]()
         for begin in begins:
@@ -212,7 +249,10 @@ class FitRun:
         return counted
 
     def _suspects(self, begin: FitStart) -> str:
-        """Return possible causes where no loop can start: parameters below bounds, or the law."""
+        """Return sentences on possible causes why no loop can start; empty if there are none.
+
+        Causes are parameters of the start below their bounds, and a wrong control law.
+        """
         quantities, low = self.unknowns.quantities, begin.physical < self.unknowns.lower
         below = ", ".join(
             f"{q.name} = {value:.6g} {q.unit}"
@@ -231,9 +271,25 @@ class FitRun:
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
     ) -> tuple[SearchResult, ...]:
-        """Return the finished searches: from the start, then from values near it.
+        """Return the finished searches: from the start, then from random values near it.
 
         An interrupt ends all searches as soon as there are values to report.
+
+        Parameters
+        ----------
+        first : FitStart
+            The start.
+        begun : (P,) array
+            Its parameters, inside the bounds.
+        count : int
+            Number of searches.
+        random : numpy.random.Generator
+            Generator of the further starts.
+
+        Raises
+        ------
+        EstimationError
+            No search can be finished.
         """
         ends, lost, u = list[SearchResult](), list[EstimationError](), self.unknowns
         sizes = self._sizes(begun) if count > 1 else self.scale
@@ -258,9 +314,11 @@ class FitRun:
         return tuple(replace(e, cost=cost_of(e.physical, e.errors, u, self.weighing)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:
-        """Return changes of the parameters with equal changes of the outputs, (P,).
+        """Return sizes of the parameters for random starts, (P,).
 
-        A parameter without effect at the start has the scale of its steps.
+        A change of a parameter by its size has the same effect on the outputs for every parameter,
+        to first order at the start `begun`, (P,). A parameter without effect has the scale of its
+        steps.
         """
         u = self.unknowns
         try:
@@ -275,6 +333,7 @@ class FitRun:
     def _run(
         self, begun: Array, unknowns: Unknowns, resolution: float = RESOLUTION
     ) -> SearchResult:
+        """Return the end of one search from parameters (P,) with the present weights."""
         self.predictions.begin(begun)
         search = Search(
             self.predictions,
@@ -289,11 +348,11 @@ class FitRun:
         return found
 
     def _search(self, begun: Array) -> SearchResult:
-        """Search until the weights are those of the residual.
+        """Return the end of a search from parameters (P,), with weights that fit its residual.
 
-        The weights next to prior values are those of the residual without prior values, if the
-        records show every parameter: a prior value that contradicts the records increases the
-        residual, and would have all the more weight.
+        With prior values, the weights of the rows are estimated by a search without prior values,
+        if the records show every parameter. The reason is that a prior value that contradicts the
+        records increases the residual, and would get more weight by that.
         """
         u, first = self.unknowns, self.weighing
         if not u.has_prior.any():
@@ -314,6 +373,7 @@ class FitRun:
         return self._run(begun, u)
 
     def _settled(self, begun: Array, unknowns: Unknowns) -> SearchResult:
+        """Return the end of a search from parameters (P,), repeated until the weights converge."""
         found = self._run(begun, unknowns)
         try:
             return self._reweighed(found, unknowns)
@@ -322,10 +382,12 @@ class FitRun:
             return replace(found, converged=False, interrupted=True)
 
     def _reweighed(self, found: SearchResult, unknowns: Unknowns) -> SearchResult:
-        """Continue the search until the weights are those of its residual.
+        """Return the end of a search that is repeated until the weights are those of its residual.
 
-        Searches before that need an accuracy of a part of a standard error only. The last search
-        has full accuracy.
+        Each pass leaves out samples near standstill of the loops found last, estimates the weights
+        from the residual, and searches again from the last end. Searches before the last one need
+        an accuracy of a part of a standard error only. The search has not converged if it needs too
+        many steps.
         """
         u, resolution = unknowns, RESOLUTION
         # The size of the noise does not matter for squares of a single output and record.
@@ -351,7 +413,10 @@ class FitRun:
         return found
 
     def _effects(self, found: SearchResult, unknowns: Unknowns) -> Array | None:
-        """Return the variance ratio of coloured to independent errors; None without a prior."""
+        """Return the ratio of coloured to independent variance by record, (r,).
+
+        None without prior values, as weights relative to them are then not needed.
+        """
         if not unknowns.has_prior.any():
             return None
         return sandwich_of(
@@ -359,13 +424,16 @@ class FitRun:
         ).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
-        """Weight the rows of each output and record by the inverse of their residual.
+        """Set the weights of the rows by residuals (n,): the inverse of their rms or robust scale.
+
+        Each output of each record has its own weight, unless the user gave it.
 
         The correlation between outputs is not used for weights: the law makes the control from the
         position, so that their errors are nearly proportional, and the small remainder would have
         most of the weight.
 
-        Relative to prior values, a record with autocorrelated errors has less weight.
+        Relative to prior values, a record with autocorrelated errors has less weight: its squared
+        weights are divided by `effects`, (r,), the ratio of coloured to independent variance.
         """
         weights, shares = self.counted.copy(), np.ones(len(errors))
         for r, spans in enumerate(self.predictions.spans):

@@ -56,6 +56,7 @@ class FitStart:
     Attributes
     ----------
     physical : (P,) array
+        Start values of all parameters, SI.
     size : (P,) array
         Least sizes of the parameters for the scale of steps, as a parameter may be 0.
     named : str
@@ -73,7 +74,18 @@ def split_free(
     records: Sequence[Record],
     outputs: Sequence[str],
 ) -> tuple[Sequence[str], Parameter | None]:
-    """Return the free gains of the law, and the drive's lag or delay if one is free.
+    """Return the free names without times of the drive, and the drive's lag or delay.
+
+    The latter is None if neither is free; otherwise its nominal value is the declared one, but not
+    0.
+
+    Parameters
+    ----------
+    free : str or sequence of str
+        Names that the user wants to estimate, as in `fit`.
+    axis : GeneratedAxis
+    records : sequence of Record
+    outputs : sequence of str
 
     Raises
     ------
@@ -116,7 +128,19 @@ def split_free(
 def form_with(
     names: Sequence[str], outputs: Sequence[str], shared: JointRecords, joint: JointForm | None
 ) -> ExtendedForm:
-    """Return the joint form of shared parameters, with free ones of drive, law and starts.
+    """Return the map of all parameters of a fit to those of each record's axis.
+
+    Free gains of drive and law, and free initial states, are added to the parameters of the model.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Free names, without times of the drive.
+    outputs : sequence of str
+    shared : JointRecords
+        The records, and their local and known parameters.
+    joint : JointForm or None
+        Form of the model for several records; None for one model of all records.
 
     Raises
     ------
@@ -197,7 +221,9 @@ def check_remembered(
 def starts_from(
     asked: StartLike, shared: JointRecords, form: ExtendedForm, gain: str
 ) -> tuple[list[FitStart], list[str]]:
-    """Return starts in the order in which they are tried, and the reasons why others failed.
+    """Return starts in the order in which they are tried, and the reasons why other starts failed.
+
+    Instruments or least squares are tried first, whichever gives an estimate, then nominal values.
 
     Parameters
     ----------
@@ -257,6 +283,18 @@ def starts_from(
 def _of_estimate(
     estimate: Estimate, names: Sequence[str], named: str, others: Array, sizes: Array
 ) -> FitStart:
+    """Return the start at an estimate of the model's parameters.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    names : sequence of str
+        Names of the parameters of the model.
+    named : str
+        Name of the start.
+    others, sizes : (k,) array
+        Start values and least sizes of the further parameters of the fit.
+    """
     if [q.name for q in estimate.quantities] != [*names]:
         raise UsageError(
             f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
@@ -276,6 +314,7 @@ def _of_estimate(
 
 
 def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
+    """Return the start values of all parameters, (P,): given ones by name, others by default."""
     found, names = form.start.copy(), [q.name for q in form.physical_quantities]
     for name, value in asked.items():
         if name not in names or not (is_real(value) and np.isfinite(value)):
@@ -310,7 +349,10 @@ def checked_outputs(given: object) -> tuple[str, ...]:
 def checked_horizon(
     given: object, outputs: Sequence[str], records: Iterable[Record]
 ) -> float | None:
-    """Return the length of an open loop's windows, s, at least that of the shortest one."""
+    """Return the checked length of an open loop's windows, s; None if none is given.
+
+    It is at least the length of the fewest samples that a window needs.
+    """
     if given is None:
         return None
     if not (is_real(given) and 0 < given < np.inf):

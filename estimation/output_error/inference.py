@@ -70,7 +70,7 @@ class FittedParameters:
         return self.covariances[self.chosen]
 
     def distribution(self, at_bound: Container[str]) -> SamplingDistribution:
-        """Return the sampling distribution of the parameters, with names of those at a bound."""
+        """Return the sampling distribution of the parameters; `at_bound` names those at a bound."""
         freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
         return SamplingDistribution(
             quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in self.parameters.items()),
@@ -119,7 +119,11 @@ class FitInference(FittedParameters):
 
 
 def inferred(of: FitSearch) -> FitInference:
-    """Return the inference from the best end of a fit's searches.
+    """Return estimates minus bias, covariances and intervals at the best end of a fit's searches.
+
+    In this order: replicas give the bias and the scatter by noise; the bias is subtracted, within
+    the bounds; covariances are computed for all free parameters without bounds; parameters at
+    bounds get one-sided intervals.
 
     Standard errors are those of all free parameters without bounds: a parameter at a bound is not
     known, and its uncertainty is part of that of the others. A bounded estimate is closer to any
@@ -127,6 +131,7 @@ def inferred(of: FitSearch) -> FitInference:
     errors of the unbounded one are wide enough.
     """
     end, weights, free = of.best, of.weighing.weights, of.unknowns.free
+    # Simulated replicas: changes of the outputs by noise, and their mean.
     loops = tuple(
         unless_faulty(partial(RecordLoops.at, of.form, end.physical, place, record))
         for place, record in enumerate(of.records)
@@ -134,6 +139,7 @@ def inferred(of: FitSearch) -> FitInference:
     whole_sandwich, noise = of.sandwich(free), _noise(of, loops)
     twins = None if isinstance(noise, Missing) else noise
     common = None if twins is None else twins.mean(axis=1)
+    # Parameters minus their bias; errors minus the mean effect of noise.
     physical, sides = _corrected(of, whole_sandwich, common)
     inner = free & (sides == 0)
     judged, influence = of.sandwich(inner), np.zeros((len(free), len(weights)))
@@ -143,6 +149,7 @@ def inferred(of: FitSearch) -> FitInference:
         # The effect of squared noise is the same at every reversal, and adds no scatter.
         net = common - end.jacobian @ (influence @ common)
         judged = replace(judged, errors=judged.errors + weights * net)
+    # Covariances of all free parameters; that over replicas is reported if there is one.
     scattered = twins if of.horizon is None else None
     coloured, found = _covariances(of, whole_sandwich, twins, judged.errors)
     dof, chosen = coloured.freedom, "coloured"
@@ -151,6 +158,7 @@ def inferred(of: FitSearch) -> FitInference:
         judged = replace(judged, twins=judged.counts[:, None] * scattered)
     variances = np.full(len(free), np.inf)
     variances[free] = np.diag(found[chosen])
+    # Infinite variances of parameters that are not shown, 0 of those at bounds.
     rows = np.vstack([weights[:, None] * end.jacobian, of.unknowns.known_rows])
     not_shown = unseen_directions(rows, of.scale, free)
     covariances = {}
@@ -177,7 +185,10 @@ def inferred(of: FitSearch) -> FitInference:
 
 
 def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
-    """Return the changes of the outputs by noise at the estimate, (n, R); None if not requested.
+    """Return the changes of the outputs by noise at the estimate, (n, R), of R replicas.
+
+    None if no replicas were requested; Missing if the noise is unknown; NotUsed if the loss is
+    robust or no noise reaches the output.
 
     Windows of an open loop have measurement noise only: disturbance forces change their errors
     linearly, which is no bias, and the scatter of their parameters is seen from window to window.
@@ -203,7 +214,9 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
 
 
 def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple[Array, IntArray]:
-    """Return the parameters minus their bias by noise, and sides at bounds, (P,) each.
+    """Return the parameters minus their bias by noise, and the active bounds, (P,) each.
+
+    An active bound is -1 for a lower one, 1 for an upper one, and 0 for a parameter not at a bound.
 
     The correction may move a parameter to its bound, or away from it; the other parameters are
     corrected together with it.
@@ -241,9 +254,10 @@ def _covariances(
     twins: Array | None,
     errors: Array,
 ) -> tuple[CovarianceEstimate, dict[str, Array]]:
-    """Return the covariance by coloured errors, and all covariances by name.
+    """Return the covariance for autocorrelated errors, and all covariances by name, (k, k) each.
 
-    The latter include the errors of known values.
+    The names are ``coloured``, ``iid`` and, with replicas of closed loops, ``bootstrap``. The
+    covariances by name include the errors of known values.
 
     Parameters
     ----------
@@ -256,6 +270,7 @@ def _covariances(
         Weighted errors, minus the mean effect of noise.
     """
     weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
+    # Autocorrelated errors, and without replicas the noise of the initial states.
     coloured = sandwich.coloured(clustered=of.horizon is not None)
     if twins is None and of.horizon is None:
         starts, k = value_or(np.zeros((0, 0)), partial(_slopes_by_start, of)), len(influence)
@@ -281,6 +296,7 @@ def _covariances(
                 (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
             )
             covariances["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
+    # Errors of known values: changes of the outputs by a standard error of each.
     doubted = [np.zeros((len(weights), 0))]
     for form, predictions in of.doubts:
         at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
@@ -327,7 +343,19 @@ def _held(
     The interval is that of a normal distribution about the estimate without the bound, truncated at
     the bound. Other parameters at bounds may have other values, so that the standard error is that
     without any bound; the centre is as many standard errors beyond the bound as with the other
-    parameters at their bounds. Arguments as in `inferred`.
+    parameters at their bounds.
+
+    Parameters
+    ----------
+    of : FitSearch
+    physical, sides : (P,) array
+        Parameters minus their bias, and active bounds, as from `_corrected`.
+    common : (n,) array or None
+        Mean change of the errors by noise.
+    errors : (n,) array
+        Weighted errors, minus the mean effect of noise.
+    variances : (P,) array
+        Variances without bounds.
     """
     u, weights, at_bounds = of.unknowns, of.weighing.weights, []
     for j in map(int, np.flatnonzero(sides)):
@@ -364,6 +392,7 @@ def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int
     Parameters
     ----------
     bound, centre, deviation : float
+        The bound, and mean and standard deviation of the distribution before truncation.
     side : {-1, 1}
         -1 for a lower bound, 1 for an upper bound.
     """
@@ -384,7 +413,20 @@ def _parameters(
     chosen: str,
     dof: Array,
 ) -> NamedValues:
-    """Return the parameters with unit, standard errors and interval."""
+    """Return the parameters with unit, standard errors and interval, by name.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    physical : (P,) array
+    held : sequence of ParameterAtBound
+        Parameters at bounds, with their one-sided intervals.
+    covariances : mapping of str to (P, P) array
+    chosen : str
+        Name of the covariance of the intervals.
+    dof : (k,) array
+        Degrees of freedom of the free parameters.
+    """
     freedom = np.full(len(physical), np.inf)
     freedom[unknowns.free] = dof
     # The variance of a hardly shown parameter may be negative by rounding.

@@ -45,9 +45,11 @@ class RecordLoops:
     Attributes
     ----------
     data : FilteredRecord
+        The record, filtered, with measured velocity and acceleration left out.
     physical : (p,) array
         Parameters of the record's axis.
     chain : Chain
+        Noise of the record.
     quiet : Record
         The simulated record without noise.
     """
@@ -76,9 +78,10 @@ class RecordLoops:
         return cls(data=data, physical=theta, chain=chain, quiet=quiet)
 
     def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:
-        """Return the replicas with a chain's noise that can be simulated.
+        """Return the replicas of the record with the noise of a chain.
 
-        For a chain without noise they are all equal.
+        Replicas that cannot be simulated are left out. For a chain without noise all replicas are
+        equal. `count` is their number; `paired` is True for pairs of opposite noise.
         """
         if chain.is_silent:
             return [self.quiet] * count
@@ -100,7 +103,9 @@ def outputs_by_noise(
     Parameters
     ----------
     records : sequence of RecordLoops or Missing
+        Loops and noise of each record; Missing if the noise could not be estimated.
     physical : (P,) array
+        Parameters of the fit.
     predictions : OutputResiduals
         Predictions for the records, settled at these parameters.
     count : int
@@ -167,6 +172,7 @@ def calibrated_covariance(
     columns = sandwich.jacobian[chosen] @ sandwich.inverse
 
     def standard_errors(errors: Array) -> Array:
+        """Return the HAC standard errors of the parameters, (k,), for weighted errors (n,)."""
         applied = Hac().of_scores(columns * errors[chosen, None], neighbours)
         return np.sqrt(np.maximum(np.diag(applied.matrix), 0.0))
 
@@ -191,9 +197,11 @@ def laws_in_twins(
     Parameters
     ----------
     law : LawAgreement or Missing
+        Agreement of the declared law with the record.
     loops : RecordLoops or Missing
         Simulated loops of the record.
     found : EstimatedGains
+        Gains of the law that the fit estimated.
     """
     if (
         isinstance(law, Missing)
@@ -219,18 +227,22 @@ def moves_by_explanation(
 ) -> MovesByExplanation:
     """Return the changes of the parameters by each explanation of the difference from the law.
 
-    The values of each record change the parameters; the mean change of its simulated replicas is
-    subtracted. A record without values is given the mean of the others.
+    An explanation has values, such as factors of gains or an offset of the control. The values of
+    each record, times the derivatives of the parameters, are the change that the record causes. The
+    mean change of its simulated replicas is subtracted, and the changes of all records are added. A
+    record without values is given the mean of the others.
 
     Parameters
     ----------
     slopes : sequence of mapping of str to (P,) array
         By record: change of the parameters per unit of each value of an `Explanation`.
     laws : sequence of LawAgreement or Missing
+        Agreement of the declared law with each record.
     every : sequence of RecordLoops or Missing
         Simulated loops of the records, whose replicas give the standard errors; without replicas,
         `Explanation.deviations` give them.
     found : EstimatedGains
+        Gains of the law that the fit estimated.
 
     Returns
     -------
@@ -244,6 +256,7 @@ def moves_by_explanation(
     terms = [name for name in slopes[0] if name not in (SCALE, CONSTANT, DRIFT)]
     moves: dict[tuple[str, ...], tuple[Array, Array]] = {}
     for kind in dict.fromkeys(kinds):
+        # Values of this explanation in each record.
         names = [name for name in kind if name != GAINS] + terms * (GAINS in kind)
         explained = [_explained(law, kind) for law in laws]
         # A declared limit that no record shows is taken as correct.
@@ -252,6 +265,7 @@ def moves_by_explanation(
         known = [each for each in values if each is not None]
         if not known or not names:
             continue
+        # Change by each record, and its variance over replicas or from the rows.
         mean, shifts, variances = np.mean(known, axis=0), [], []
         for of_record, law, others, by in zip(values, laws, twins, slopes, strict=True):
             by_name = np.array([by[name] for name in names])
@@ -273,7 +287,10 @@ def moves_by_explanation(
 
 
 def _explained(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, float]:
-    """Return the values of the explanation of a kind; empty if the law has none."""
+    """Return the values of the explanation of a kind by name.
+
+    Empty if the law cannot be compared, has no such explanation, or a gain would change its sign.
+    """
     explanations = () if isinstance(law, Missing) else law.explanations
     for each in explanations:
         if each.kind == kind and not each.turns_a_sign:
@@ -282,7 +299,10 @@ def _explained(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[st
 
 
 def _values(explained: Mapping[str, float], names: Sequence[str], limit: float) -> Array | None:
-    """Return the values of names, (k,), with `limit` for a limit not shown; None without values."""
+    """Return the values of an explanation in the order of names, (k,).
+
+    A limit that the record does not show has the value `limit`. None if a value is missing.
+    """
     values = {LIMIT: limit, **explained}
     if not explained or not {*names} <= {*values}:
         return None

@@ -54,7 +54,7 @@ _OF_POSITION = 16  # simulated replicas with noise of the position only
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordError:
-    """Errors of a fit in an output of one record.
+    """Error of the simulated output of a fit relative to the recorded output of one record.
 
     Attributes
     ----------
@@ -63,9 +63,9 @@ class RecordError:
     unit : str
         Unit of the output.
     weight : float
-        Weight of its errors, in 1/unit.
+        Weight of the errors in the fit, 1/unit of the output.
     rows : int
-        Number of samples with weight.
+        Number of samples that are used.
     error : float
         Root mean square error, in the output's unit.
     percent : float
@@ -101,7 +101,9 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     Attributes
     ----------
     axis : GeneratedAxis
+        Axis with its declared values.
     records : tuple of Record
+        Fitted records.
     outputs : tuple of str
         Fitted outputs: ``control``, ``position``, ``force``, or ``open-loop`` alone.
     loss : str
@@ -109,9 +111,11 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     parameters : NamedValues
         Values by name, with unit, standard errors and 95 % interval.
     start : (P,) array
+        Parameters at which the first search started, SI.
     started : str
         Kind of the start: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     remarks : tuple of str
+        Reasons why other starts were not used.
     without_prior : mapping of str to (float, float)
         Estimates of parameters with a prior value from the records alone, with standard errors, by
         name.
@@ -132,7 +136,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         judge: Callable[["OutputFit"], tuple[Check, ...]],
         levels: Levels,
     ) -> "OutputFit":
-        """Return the result of the searches of a fit."""
+        """Return the result of the searches of a fit, with its inference.
+
+        `judge` returns the checks of the result, with `levels` of a missing term or a difference.
+        """
         u, inference, without = search.unknowns, inferred(search), dict[str, tuple[float, float]]()
         if search.alone is not None:
             alone = inferred(replace(search, unknowns=u.without_prior, best=search.alone))
@@ -150,7 +157,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state with the results of the replicas, without these, for their size."""
+        """Return the state for a pickle: results from simulated replicas, without the replicas.
+
+        The replicas are left out because of their size.
+        """
         names = (each.name for each in fields(self))
         state = {
             n: getattr(self, n)
@@ -161,7 +171,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def axes(self) -> tuple[GeneratedAxis, ...]:
-        """The axes by record, with the estimated gains of the law."""
+        """The axis of each record, with the estimated gains of the control law."""
         return tuple(axis_at(axis, self.form, self.physical) for axis in self.form.axes)
 
     @property
@@ -186,7 +196,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def prior(self) -> Mapping[str, tuple[float, float]]:
-        """Prior values with their standard errors."""
+        """Prior values with their standard errors, SI, by parameter."""
         u = self.unknowns
         return {
             u.names[j]: (float(u.prior[j]), float(u.prior_sd[j]))
@@ -200,12 +210,16 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def local(self) -> Mapping[str, tuple[str, ...]]:
-        """Names of each local parameter by record."""
+        """Names of the parameters, one for each record, by name of the local parameter."""
         return self.form.local
 
     @cached_property
     def of_records(self) -> tuple[RecordError, ...]:
-        """Errors by record and output."""
+        """Errors of the simulated outputs, one for each output of each record.
+
+        The noise in an error is the larger one of two estimates: the effect of position noise in
+        simulated replicas, and the innovation of the autoregression of the errors.
+        """
         # Missing terms look like disturbance forces, so that noise is that of the position only.
         weights, outputs, errors = self.weighing.weights, self.outputs, []
         twins = value_or(
@@ -246,36 +260,54 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def errors(self) -> tuple[Array, ...]:
-        """Simulated minus recorded output, (N,) by record; of m outputs (N, m)."""
+        """Simulated minus recorded output by record, (N,); (N, m) for m outputs."""
         errors, count = self.best.errors, len(self.outputs)
         whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
         return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
 
     @cached_property
     def law(self) -> LawAgreement | Missing:
-        """Agreement of the declared control law with the first record that fails."""
+        """Agreement of the declared law with the recorded control, for the first record that fails.
+
+        The first record if none fails; Missing if the law cannot be compared.
+        """
         return first_failing(self.laws)
 
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
-        """Changes of the parameters by each term of the law that is 1 % larger, (P,)."""
+        """Change of the parameters if a term of the control law were 1 % larger, (P,) by term.
+
+        Empty if there is no sampled law, or if a loop cannot be simulated.
+        """
         moves = value_or(({},), lambda: self._moves_of_records)
         return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in moves[0]}
 
     @cached_property
     def law_move(self) -> Array | None:
-        """Changes of the parameters by the gains of the recorded control, (P,)."""
+        """Change of the parameters if the law had the gains of the recorded control, (P,).
+
+        None if no record shows these gains, or if the change could not be calculated.
+        """
         return self.law_shift[0] if isinstance(self.law_shift, tuple) else None
 
     @property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
-        """Changes by the gains of the recorded control, with standard errors, (P,) each."""
+        """Change of the parameters if the law had the gains that the recorded control shows.
+
+        The change and its standard errors, (P,) each. None if no record shows these gains; Missing
+        if the change could not be calculated.
+        """
         moves = self.law_moves_by_explanation
         return moves if isinstance(moves, Missing) else moves.get((GAINS,))
 
     @cached_property
     def law_moves_by_explanation(self) -> MovesByExplanation | Missing:
-        """Changes by the gains, and by each plausible explanation of the recorded control."""
+        """Changes of the parameters by each explanation of the difference from the declared law.
+
+        The explanations are other gains, and every plausible explanation of the recorded control,
+        such as a scale or an offset; changes and standard errors are by kind of explanation.
+        Missing if they could not be calculated.
+        """
         return unless_faulty(
             lambda: moves_by_explanation(
                 self._slopes_by_explanation, self.laws, self.loops, self.estimated_gains
@@ -284,7 +316,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def _slopes_by_explanation(self) -> tuple[Mapping[str, Array], ...]:
-        """Slopes of the parameters, (P,), by each value of an `Explanation`, by record."""
+        """Derivatives of the parameters, (P,), by each value of an `Explanation`, by record."""
         slopes = []
         for spans, moves in zip(self.predictions.spans, self._moves_of_records, strict=True):
             of = {name: move / PERCENT for name, move in moves.items()}
@@ -302,7 +334,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
-        """Changes of the parameters, (P,), by each term of a record's law that is 1 % larger."""
+        """Changes of the parameters, (P,) by term, if a term of a record's law were 1 % larger.
+
+        One mapping for each record.
+        """
         slopes = self.predictions.jacobian_by_law(self.physical)
         return tuple(
             {name: -PERCENT * (self.influence[:, r] @ slope[r]) for name, slope in slopes.items()}
@@ -311,19 +346,24 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def lacks(self) -> tuple[tuple[Misspecification, ...] | Missing, ...]:
-        """Misspecifications of the model by record, the largest first."""
+        """Misspecifications of the model by record, the largest first.
+
+        They are missing terms and outliers. Missing for a record without such a search.
+        """
         return tuple(unless_faulty(partial(self._lacks, i)) for i in range(len(self.records)))
 
     def _lacks(self, number: int) -> tuple[Misspecification, ...] | Missing:
-        """Return the misspecifications from the filtered rows of a record and its replicas.
+        """Return the misspecifications that one record shows (`number`, from 0).
 
         Missing terms do not depend on the fitted output: they are found in the residual of the
-        inverse model at the parameters of the fit.
+        inverse model at the parameters of the fit, and compared with simulated replicas of the
+        record. Missing for friction with internal state.
         """
         axis, loops = self.axes[number], self.loops[number]
         if axis.states:
             return Missing("friction with internal state has no rows for a search of missing terms")
         data = filtered_record(axis, self.records[number], Prefilter())
+        # Derivatives of the record's parameters by those of the fit; parameters that are searched.
         model, searched = self.form.of_model, set(self.searched) - self.prior.keys()
         joint = self.physical[: len(model.physical_quantities)]
         slopes = np.zeros((len(axis.parameters), len(self.physical)))  # of the record's parameters
@@ -334,6 +374,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         chain = None if isinstance(loops, Missing) else loops.chain
         own = self.form.own(self.physical, number)
         scores = scores_of(data.by_position or data, own, chain, free)
+        # Half widths of the intervals of the record's parameters.
         distribution = self.distribution(self.at_bound)
         half = [  # one by one, as an infinite variance of one parameter must not reach another
             float(np.ptp(value.interval)) / 2 or np.inf
@@ -344,12 +385,15 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
-        """Checks of the fit."""
+        """Checks of the fit, in the order in which they are reported."""
         return self.judge(self)
 
     @cached_property
     def laws(self) -> tuple[LawAgreement | Missing, ...]:
-        """Agreement of the declared control law with each record."""
+        """Agreement of the declared law with the recorded control, by record.
+
+        Missing for a record in which the law cannot be compared; NotUsed for an open loop.
+        """
         if self.outputs == (OPEN_LOOP,):
             why = NotUsed("the open loop has the recorded control and no control law")
             return (why,) * len(self.records)
@@ -360,7 +404,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def estimated_gains(self) -> EstimatedGains:
-        """Estimated gains of the law that are not at a bound."""
+        """Gains of the law that the fit estimated, without those at a bound, with covariance."""
         law = self.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
@@ -378,12 +422,12 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         Parameters
         ----------
         function : str or SymPy expression
-            Such as ``"M/Fv"``, as in `Estimate.derive`.
+            Function of the parameters, such as ``"M/Fv"``, as in `Estimate.derive`.
 
         Returns
         -------
         Value
-            By the delta method, with every covariance.
+            Value of the function, with standard errors by the delta method for every covariance.
 
         Raises
         ------

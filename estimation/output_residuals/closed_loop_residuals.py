@@ -60,10 +60,10 @@ class ClosedLoopResiduals(OutputResiduals):
     form : Form
         Maps the parameters to those of each record's axis.
     axes : sequence of GeneratedAxis
-        By record. Their drives are simulated without rounding, see `unrounded`.
+        Axis of each record. Its drive is simulated without rounding, see `unrounded`.
     records : sequence of Record
     outputs : str or sequence of str
-        From `axisid.estimation.choices.OUTPUTS`.
+        Names of the fitted outputs, from `axisid.estimation.choices.OUTPUTS`.
 
     Raises
     ------
@@ -90,7 +90,10 @@ class ClosedLoopResiduals(OutputResiduals):
         super().__init__(form, records, stretches)
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `OutputResiduals.outputs_of`; initial states come from the first samples."""
+        """Return recorded minus simulated outputs of other records of the same samples, (n,).
+
+        The loops start from the initial states that the first samples of those records give.
+        """
         pieces = []
         for each in self.stretches:
             record, (at, theta) = records[each.record], self._at(each, physical)
@@ -107,7 +110,7 @@ class ClosedLoopResiduals(OutputResiduals):
         return np.concatenate(pieces)
 
     def settle(self, physical: Array) -> None:
-        """See `OutputResiduals.settle`; the number of steps per sample is chosen.
+        """Choose the number of steps per sample for all lanes near parameters (P,).
 
         Raises
         ------
@@ -129,7 +132,10 @@ class ClosedLoopResiduals(OutputResiduals):
             each.substeps = max(steps, each.substeps or 1)
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
-        """See `OutputResiduals._errors`."""
+        """Yield the residuals of each segment for parameters (B, P), (n, B), and failures by lane.
+
+        Each lane has its own gains of the law and initial states. Masked samples have residuals 0.
+        """
         gains = gains_in(self._form, physical)
         for stretch in self.stretches:
             theta = np.array([self._form.own(lane, stretch.record) for lane in physical])
@@ -148,7 +154,17 @@ class ClosedLoopResiduals(OutputResiduals):
 def _stretches(
     number: int, axis: GeneratedAxis, record: Record, measured: Sequence[tuple[str, str, Array]]
 ) -> Iterator[Stretch]:
-    """Yield the segments of a record with the inputs of their loops and the measured outputs."""
+    """Yield the segments of a record with the inputs of their loops and the measured outputs.
+
+    Parameters
+    ----------
+    number : int
+        Number of the record.
+    axis : GeneratedAxis
+    record : Record
+    measured : sequence of (str, str, (N,) array)
+        Name, unit and values of each output, as from `measured_output`.
+    """
     loop_reference(axis, record)  # refuses a record without one
     counted = ~mask_of(record.masked, len(record))
     starts = zip(record.spans, loop_starts(axis, record), strict=True)
@@ -171,7 +187,10 @@ def _stretches(
 # equal axes one may be compiled and the other not.
 @lru_cache(maxsize=16)
 def unrounded(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
-    """Return the axis with its drive not rounding commands, compiled or not."""
+    """Return the axis with a drive that does not round commands, so that outputs are smooth.
+
+    `native` is True if its code is compiled. An axis whose drive does not round is unchanged.
+    """
     if not axis.declared.drive.quantisation:
         return axis
     drive = axis.declared.drive

@@ -50,7 +50,7 @@ class _Windows:
     Attributes
     ----------
     axis : GeneratedAxis
-        Without a control law.
+        Axis without a control law.
     record : int
         Number of the record.
     first : int
@@ -143,7 +143,7 @@ class MultipleShootingResiduals(OutputResiduals):
     ----------
     form : Form
     axes : sequence of GeneratedAxis
-        By record.
+        Axis of each record.
     records : sequence of Record
     horizon : float
         Length of a window, s.
@@ -189,7 +189,7 @@ class MultipleShootingResiduals(OutputResiduals):
         super().__init__(form, records, pieces)
 
     def settle(self, physical: Array) -> None:
-        """See `OutputResiduals.settle`; chooses steps per sample and initial states."""
+        """Choose steps per sample and the initial states of the windows at parameters (P,)."""
         for w in self._windows:
             theta = np.asarray(self._form.own(physical, w.record))
             inputs = w.inputs(w.first_states)
@@ -198,11 +198,16 @@ class MultipleShootingResiduals(OutputResiduals):
             _follow(w, theta)
 
     def _forget_steps(self) -> None:
+        """Forget the chosen steps per sample."""
         for w in self._windows:
             w.substeps = None
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, dict[int, str]]]:
-        """See `OutputResiduals._errors`; a single parameter set has its own initial states."""
+        """Yield the residuals of the windows for parameters (B, P), (n, B), and failures by lane.
+
+        For a single parameter set, the initial states of the windows are estimated again. For
+        several sets they are those of `settle`, and their effect is projected out of the residuals.
+        """
         for w in map(replace, self._windows):
             theta = np.array([self._form.own(lane, w.record) for lane in physical])
             if len(theta) == 1:
@@ -215,7 +220,10 @@ class MultipleShootingResiduals(OutputResiduals):
             yield w.rows(errors), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `OutputResiduals.outputs_of`; initial states are those of these records."""
+        """Return recorded minus simulated positions of other records of the same samples, (n,).
+
+        The initial states of the windows are estimated from those records.
+        """
         controls, pieces = [*map(_control, self._axes, records)], []
         for each in self._windows:
             position = each.cut(records[each.record].position)
@@ -285,8 +293,9 @@ def _size(horizon: float, period: float) -> int:
 def _follow(w: _Windows, theta: Array) -> None:
     """Set the initial states of windows to those of least squared residuals, with parameters (p,).
 
-    Gauss-Newton steps, of which a fraction is taken that reduces the residuals of a window: if
-    friction stops an axis, the initial velocity has no effect, and a full step may be arbitrary.
+    They are found by Gauss-Newton steps. Of each step, the best of some fractions is taken: if
+    friction stops an axis, the initial velocity has no effect, and a full step may be arbitrary. A
+    window in which no fraction reduces the residuals keeps its initial state.
     """
     for _ in range(_ROUNDS):
         errors, back = _step_back(w, theta)
@@ -376,7 +385,7 @@ def _windows(
 
 
 def _control(axis: GeneratedAxis, record: Record) -> Array:
-    """Return the acting control of a record, or that of the recorded force, (N,).
+    """Return the acting control of a record, or the control that gives the recorded force, (N,).
 
     Raises
     ------

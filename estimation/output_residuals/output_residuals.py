@@ -56,7 +56,7 @@ class BatchResiduals:
 
 @dataclass(slots=True, kw_only=True)
 class Piece:
-    """Rows that are predicted together.
+    """Rows of the outputs that are predicted together: a segment, or windows of a segment.
 
     Attributes
     ----------
@@ -66,8 +66,10 @@ class Piece:
         Number of rows of each stretch without a gap.
     samples : (N,) array of int
         Sample numbers in the record.
-    measured, counted : (n,) array
-        As in `OutputResiduals`.
+    measured : (n,) array
+        Recorded outputs.
+    counted : (n,) array
+        1 for rows that are used, 0 for rows that are no measurements.
     """
 
     record: int
@@ -106,7 +108,18 @@ class Stretch(Piece):
         wanted: Sequence[str],
         gains: Mapping[str, Array] | None = None,
     ) -> BatchSimulation:
-        """Simulate the loop of the segment with parameters (B, p)."""
+        """Return the simulated loops of the segment, one lane for each parameter set (B, p).
+
+        Parameters
+        ----------
+        theta : (B, p) array
+            Parameters of the segment's axis.
+        inputs : LoopInputs
+        wanted : sequence of str
+            Names of the signals, as in `Simulation`.
+        gains : mapping of str to (B,) array, optional
+            Gains of the law; the declared ones by default.
+        """
         return simulate_lanes(
             self.axis,
             theta,
@@ -118,7 +131,10 @@ class Stretch(Piece):
     def rows(
         self, theta: Array, inputs: LoopInputs, gains: Mapping[str, Array] | None = None
     ) -> tuple[Array, Mapping[int, str]]:
-        """Return the outputs of the loop with parameters (B, p), (n, B), and failures by lane."""
+        """Return the simulated outputs as alternating rows, (n, B), and failures by lane.
+
+        The arguments are those of `simulated`.
+        """
         batch = self.simulated(theta, inputs, self.outputs, gains)
         return interleaved([batch[name] for name in self.outputs]), batch.failures
 
@@ -202,7 +218,7 @@ class OutputResiduals(ABC):
         """
 
     def __call__(self, physical: Array) -> BatchResiduals:
-        """Return the residuals for parameters (B, P)."""
+        """Return the residuals of all records for B sets of parameters, (B, P)."""
         pieces, failed = zip(*self._errors(physical), strict=True)
         errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
         failures = dict(ChainMap(*map(dict, failed)))
@@ -212,7 +228,10 @@ class OutputResiduals(ABC):
         return BatchResiduals(errors=errors, failures=failures)
 
     def _at(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
-        """Return a stretch with the law and start of parameters (P,), and its parameters (p,)."""
+        """Return a stretch for parameters of the fit (P,), and the parameters of its axis (p,).
+
+        The stretch has the gains of the law and the initial state that the parameters give.
+        """
         axis, inputs = axis_at(stretch.axis, self._form, physical), stretch.inputs
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
@@ -220,7 +239,7 @@ class OutputResiduals(ABC):
         return replace(stretch, axis=axis, inputs=inputs), self._form.own(physical, stretch.record)
 
     def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:
-        """Return the derivative of the residuals by a factor of each law term, (n,), by name.
+        """Return the derivative of the residuals by the factor of each law term, (n,) by name.
 
         Empty without a sampled law, or if a loop cannot be simulated.
         """
@@ -251,10 +270,11 @@ class OutputResiduals(ABC):
     def follow_time(
         self, later: "OutputResiduals", physical: Array, time: float, step: float
     ) -> None:
-        """Make the last parameter a time of the drive, by a linear approximation.
+        """Let the residuals depend on a time of the drive, the last parameter, linearly.
 
         A loop is generated for one lag and one delay; the output is linearised about these. At the
-        end of a search the loop is generated again for the found time, until it no longer changes.
+        end of a search the caller generates the loop again for the estimated time, until the time
+        no longer changes.
 
         Parameters
         ----------
@@ -324,6 +344,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     if (loop := stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)).failures:
         return {}
     position, velocity, control = (loop[name][:, 0] for name in wanted)
+    # Terms of the law along the simulated loop, in the drive's unit.
     ticks = LawInputs.at_samples(inputs.reference, position, velocity, inputs.signals)
     # The loop's memory ends with that of the drive, on which the law's terms do not depend.
     memory, count = inputs.start.memory, law_memory(stretch.axis)
@@ -336,6 +357,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         terms = LawReplay.of_loop(stretch.axis, ticks, start).jacobian_by_gain()
     # Terms are those at their action, after the delay; an injected signal has the same delay.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
+    # Loops with a part of each term added to the control, and subtracted from it.
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])
     if inputs.injected is not None:
         lanes += inputs.injected[:, None]
@@ -346,6 +368,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         return {}
     more, less = np.split(out, 2, axis=1)
     slopes = (more - less) / (2 * _ADDED_SHARE)
+    # The drive's limit, if the loop reaches it.
     axis, limit = stretch.axis, stretch.axis.drive.limit
     if np.any(np.abs(control) >= (1 - LIMIT_TOLERANCE.value) * limit):
         wider = with_limit(axis, (1 + _ADDED_SHARE) * limit, native=axis.native.enabled)

@@ -27,17 +27,18 @@ _MIN_FLAT_SAMPLES = 3
 def clipped(
     columns: RoleColumns, axis: Axis | None, *, masked: bool
 ) -> tuple[RoleColumns, list[str]]:
-    """Return columns with a mask of clipped samples of the force or else control, and notes.
+    """Return columns with clipped samples masked, and notes on clipped samples.
 
-    Samples are clipped at the extremes of the column or at the drive's limit. If they are not to be
-    masked, a note reports them, except for a control at the limit.
+    The force is searched, or the control without a force. Samples are clipped at the extremes of
+    the column or at the drive's limit. If they are not to be masked, a note reports them, except
+    for a control at the limit. If they are masked, there are no notes, but a repair.
 
     Parameters
     ----------
     columns : RoleColumns
-        Each with its clock.
+        Columns by role, each with its times.
     axis : Axis or None
-        Axis with the drive's limit.
+        Axis with the drive's limit; None for an unlimited control.
     masked : bool
         True if clipped samples are masked.
     """
@@ -74,7 +75,7 @@ def clipped(
 
 
 def _flat_tops(driven: Samples, position: Samples | None) -> Mask:
-    """Return the samples at an extreme at which a control or a force is clipped, (N,)."""
+    """Return True for samples of a control or a force that are clipped at an extreme, (N,)."""
     signal = _Signal(driven.values)
     there = None if position is None else np.interp(driven.times, position.times, position.values)
     cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, there)]
@@ -84,6 +85,12 @@ def _flat_tops(driven: Samples, position: Samples | None) -> Mask:
 
 
 def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
+    """Return True if a signal is clipped at its extreme, by the runs of samples with that value.
+
+    Counted are runs of several samples that begin and end with a step while the axis moves. The
+    signal is clipped if most of them are not the tops of commanded ramps. `position`, (N,), is that
+    of the axis at the samples of the signal; None without a position.
+    """
     flat = [
         (start, stop)
         for start, stop in runs(signal.values == extreme)
@@ -96,23 +103,43 @@ def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
 
 
 class _Signal:
-    """A signal with its runs at the extremes."""
+    """A control or force, with the quantities by which clipping is recognised.
+
+    Attributes
+    ----------
+    values : (N,) array
+    kept_for : int
+        Number of samples for which each value is held.
+    quantum : float
+        Quantisation step, or rounding if there is none.
+    least, most : float
+        Smallest and largest value.
+    turns : (k,) array of int
+        Samples at which the signal changes between rising, constant and falling.
+    """
 
     def __init__(self, values: Array) -> None:
         self.values, self.kept_for = values, _samples_kept(values)
         self.quantum = quantisation_step(values) or rounding(values)
         self.least, self.most = float(values.min()), float(values.max())
-        # Samples between steps of opposite signs.
+        # Samples between steps of different signs, of which 0 is one.
         self.turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
 
     def is_steep(self, start: int, stop: int) -> bool:
-        """Return True if a run begins and ends with larger steps than rounding of a smooth one."""
+        """Return True if samples `start` to `stop` begin and end with steps.
+
+        These are larger than the steps of a smooth signal, which are due to quantisation.
+        """
         ends = [k for k in (start, stop) if 0 < k < len(self.values)]
         least = min((abs(self.values[k] - self.values[k - 1]) for k in ends), default=0.0)
         return float(least) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
-        """Return True if a run belongs to a commanded profile with straight lines."""
+        """Return True if samples `start` to `stop`, constant at an extreme, are commanded.
+
+        They are then the top of a commanded ramp: straight lines lead to and from them. A line is
+        not needed on a side on which the log ends.
+        """
         last = len(self.values) - 1
         before = int(self.turns[self.turns < start].max(initial=0))
         after = int(self.turns[self.turns >= stop].min(initial=last))
@@ -120,11 +147,21 @@ class _Signal:
         return rises and (stop > last or self._is_straight(stop - 1, after, 1))
 
     def _is_straight(self, top: int, end: int, way: int) -> bool:
-        """Return True if a straight line leads from a sample at an extreme to another kept value.
+        """Return True if a straight line leads from a sample at an extreme to another held value.
 
         A short line of a few samples must end between the extremes; a longer ramp may end at any
         value. The corners of a ramp are at unknown places within its first and last sample.
+
+        Parameters
+        ----------
+        top : int
+            Sample at the extreme.
+        end : int
+            Sample at which the line ends.
+        way : {-1, 1}
+            Direction from the top to the end in time: -1 for earlier samples, 1 for later ones.
         """
+        # The value must be constant beyond the end of the line.
         beyond = np.arange(end, end + way * _MIN_FLAT_SAMPLES * self.kept_for, way)
         kept = self.values[beyond[(beyond >= 0) & (beyond < len(self.values))]]
         if np.any(kept != kept[0]):
@@ -137,7 +174,7 @@ class _Signal:
 
 
 def _samples_kept(values: Array) -> int:
-    """Return the number of samples for which values between the extremes are kept; usually 1."""
+    """Return the number of samples for which a value between the extremes is held; usually 1."""
     edges = np.flatnonzero(np.diff(values)) + 1
     inner = values[edges[:-1]]
     lengths = np.diff(edges)[(inner > values.min()) & (inner < values.max())]
@@ -146,7 +183,7 @@ def _samples_kept(values: Array) -> int:
 
 
 def _rests(position: Array | None, start: int, stop: int) -> bool:
-    """Return True if the axis does not move during a run of samples."""
+    """Return True if the axis does not move in samples `start` to `stop`; False if unknown."""
     if position is None or stop - start < 20:
         return False
     quantum = quantisation_step(position) or rounding(position)

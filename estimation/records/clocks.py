@@ -44,7 +44,16 @@ def _is_rare(count: int, steps: int) -> bool:
 
 
 def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> RoleColumns:
-    """Return all columns except time with their times: common, their own, or a count."""
+    """Return all columns except the time column, each with its times, s.
+
+    The times are those of the time column, or else those that the log has for each column, or else
+    a count of the given sampling period, s.
+
+    Raises
+    ------
+    DataError
+        The columns differ in length, or there are neither times nor a sampling period.
+    """
     samples = {role: s for role, s in columns.samples.items() if role != "time"}
     if "time" in columns.samples:
         lengths = {role: len(s.values) for role, s in columns.samples.items()}
@@ -105,10 +114,10 @@ def retimed(
 
 
 def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
-    """Return a count of the period, s, instead of times with too few digits.
+    """Return a count of the period, s, instead of times with too few digits, and the repair.
 
     The times must repeat often and agree with the count up to their digits; otherwise they are
-    returned unchanged.
+    returned unchanged, without a repair.
     """
     steps = np.diff(time)
     tick = float(steps.max(initial=0.0))
@@ -124,10 +133,11 @@ def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
 
 
 def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
-    """Return times that continue where the clock was set back; ignore times that are not finite.
+    """Return times, s, that continue where the clock was set back, and the repair if it was.
 
     A gap of a few periods is made there, so that the log is cut; its duration is unknown. Frequent
-    steps back are not changed, and are refused later.
+    steps back are not changed, and are refused later. Times that are not finite are ignored. If not
+    `uneven`, a much shorter step than the median also counts as a clock that was set back.
     """
     timed = np.flatnonzero(np.isfinite(time))
     finite = time[timed]
@@ -148,7 +158,11 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
 
 
 def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
-    """Return columns without samples that lack a value, if these may be left out."""
+    """Return columns without the rows that have no finite value or time.
+
+    Such rows are left out only if the columns are resampled later (`uneven`); otherwise they are
+    refused, as are columns with different times.
+    """
     if not uneven:
         _check_even(table, columns)
     kept = {
@@ -178,7 +192,10 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
 
 
 def _check_even(table: Table, columns: RoleColumns) -> None:
-    """Refuse cells without a finite number, as of a lower rate, and columns of other clocks."""
+    """Refuse columns with cells that have no finite number, and columns with different times.
+
+    A column that is sampled at a lower rate may have such cells.
+    """
     for role, samples in columns.samples.items():
         for what, cells in ((f"time of the {role}", samples.times), (role, samples.values)):
             empty = np.flatnonzero(~np.isfinite(cells))
@@ -212,7 +229,18 @@ def _check_even(table: Table, columns: RoleColumns) -> None:
 
 
 def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
-    """Return the error of columns that differ in length, with the warnings of the file."""
+    """Return the error that columns differ in length, with warnings from reading the file.
+
+    Parameters
+    ----------
+    source : str
+        Name of the log.
+    table : Table
+    lengths : mapping of str to int
+        Number of rows by role.
+    advice : str
+        Sentence that ends the message.
+    """
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
     return DataError(
@@ -221,14 +249,17 @@ def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str 
 
 
 def period_uncertainty(pieces: Sequence[Array]) -> float:
-    """Return the relative uncertainty of the mean step of segments, (n,) times each, by jitter."""
+    """Return the relative uncertainty of the mean time step, due to jitter.
+
+    `pieces` are the times of each segment, (n,) each, s.
+    """
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     total = float(np.sum(steps)) if len(steps) else 0.0
     return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
 
 
 def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
-    """Return notes on time steps that are treated as even but are not; empty if they are.
+    """Return notes on uneven time steps that are treated as even; empty if the steps are even.
 
     Jitter moves the ends of a window by a part of the spread of the steps.
 
@@ -264,12 +295,25 @@ def check_increases(source: str, what: str, time: Array) -> None:
 def check_time(
     source: str, time: Array, spans: Sequence[tuple[int, int]], period: float | None
 ) -> None:
-    """Refuse a time with uneven steps within the segments, or with another period, s."""
+    """Refuse times with uneven steps within the segments, or with another period than given.
+
+    Parameters
+    ----------
+    source : str
+        Name of the log.
+    time : (N,) array
+        Times, s.
+    spans : sequence of (int, int)
+        First sample and the one after the last of each segment.
+    period : float or None
+        Given sampling period, s; None if none is given.
+    """
     check_increases(source, "time", time)
     steps, tolerance = np.diff(time), MAX_MEAN_STEP_DEVIATION.value
     inside = np.ones(len(steps), dtype=bool)
     inside[[start - 1 for start, _ in spans[1:]]] = False
     typical, mean = float(np.median(steps[inside])), float(np.mean(steps[inside]))
+    # Single steps: gaps, jumps of the clock, jitter.
     odd = (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
     gaps = np.flatnonzero(odd & inside)
     if gaps.size:
@@ -283,7 +327,7 @@ def check_time(
         )
     if period is not None and abs(mean / typical - 1) < tolerance:
         check_stated(source, typical, period)
-    # Means over 100 steps, in which jitter of a quarter of a period is half a percent.
+    # Drift: means over 100 steps, in which jitter of a quarter of a period is half a percent.
     means = [np.diff(time[start:stop:100]) / 100 for start, stop in spans]
     slow, *_, fast = np.sort(np.concatenate([*means, [typical, mean]]))
     if not (slow > mean * (1 - tolerance) and fast < mean * (1 + tolerance)):
@@ -296,7 +340,7 @@ def check_time(
 
 
 def _by_arrival(step: float) -> str:
-    """Return the remedy for even samples whose time stamps are times of arrival."""
+    """Return the remedy for even samples whose times are arrival times; `step` is the mean, s."""
     return (
         "If the drive sampled evenly and the times are only arrival times of the rows, delete the "
         f"time column and give sample_period in run.toml (the mean step is {step:.6g} s)."
@@ -304,7 +348,10 @@ def _by_arrival(step: float) -> str:
 
 
 def check_stated(source: str, measured: float, stated: float, uncertainty: float = 0.0) -> None:
-    """Refuse a given sampling period, s, that differs from that of the time column."""
+    """Refuse a given sampling period (`stated`, s) that differs from that of the times.
+
+    The period of the times (`measured`, s) has a relative uncertainty.
+    """
     if not abs(stated / measured - 1) < 0.005 + uncertainty:
         raise DataError(
             f"{source}: sample_period is {stated:g} s, but the time column steps by {measured:g} "

@@ -10,14 +10,15 @@ from .record import Record
 
 
 def rounding(values: Array) -> float:
-    """Return the floating-point rounding of the values."""
+    """Return a bound of the floating-point rounding errors of values, in their unit."""
     return 8 * float(np.finfo(float).eps * np.abs(values).max(initial=0.0))
 
 
 def quantisation_step(values: Array, fewest: int = 1) -> float:
-    """Return the quantisation step: the least difference, if others are its multiples.
+    """Return the quantisation step of values, in their unit; 0 if they are not quantised.
 
-    Return 0 otherwise, or if fewer than `fewest` small differences can be compared.
+    The step is the smallest difference of two values, if nearly all small differences are multiples
+    of it. It is 0 as well if fewer than `fewest` small differences can be compared.
     """
     differences = np.diff(np.unique(values))
     differences = differences[differences > rounding(values)]
@@ -41,9 +42,10 @@ def position_step(record: Record) -> float:
 
 
 def sensor_steps(axis: GeneratedAxis, record: Record) -> tuple[float, float]:
-    """Return the quantisation steps of position and measured velocity in a sampled law, SI.
+    """Return the quantisation steps of position and measured velocity that a law reads, SI.
 
-    A step is 0 if it is unknown, or if noise averages the steps of the velocity.
+    Both are 0 without a law, or for a continuous law. A step is 0 if it is unknown. The step of the
+    velocity is also 0 without a measured velocity, or if noise averages the steps.
     """
     law, velocity = axis.control, record.velocity
     if law is None or law.continuous:

@@ -172,7 +172,24 @@ def _record(
     windows: tuple[Window, ...],
     room: Room,
 ) -> Record:
-    """Return a record of the chosen columns, with the requested repairs."""
+    """Return the record of the columns of a log, with the requested repairs.
+
+    Parameters
+    ----------
+    table : Table
+        The log.
+    read : RoleColumns
+        Columns by role, as they are in the log, in SI.
+    axis : Axis or None
+    period : float or None
+        Given sampling period, s.
+    repairs : Repairs
+    windows : tuple of (float, float)
+        First and last time of each window, s; empty for the whole log.
+    room : Room
+        Memory that the samples may use.
+    """
+    # Times of the columns, interpolation, shifts and windows, in this order.
     counted = "time" not in read.samples and all(s.clock is None for s in read.samples.values())
     uneven, split = repairs.resample is not None, repairs.gaps is not None
     columns = retimed(clocked(table, read, period), period, split=split, uneven=uneven)
@@ -182,6 +199,7 @@ def _record(
         columns, windows = within(columns, windows)
     room.check_samples(max(len(s.values) for s in columns.samples.values()))
     columns = filled(table, columns, uneven=uneven)
+    # Wild samples are replaced before jumps by a modulus are removed.
     gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
     moduli = repairs.moduli(axis, columns.scales)
     zeros = leading_zeros_note(columns)
@@ -200,6 +218,7 @@ def _record(
     columns, jumps = unwound(columns, moduli, axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
     columns, cut = clipped(columns, axis, masked=repairs.mask is not None)
+    # One clock for all columns: that of the log, or an even grid.
     signals = () if axis is None else axis.signals
     if repairs.resample is None:
         even = as_sampled(columns, period, windows, split=split)
@@ -216,6 +235,7 @@ def _record(
     jitter = step_notes([times[a:b] for a, b in even.segments or ((0, len(times)),)])
 
     def record(of: RoleColumns, **besides: Any) -> Record:
+        """Return the record of columns with common times, and further values of attributes."""
         time, values = of.motion.times, {role: s.values for role, s in of.samples.items()}
         return Record(
             time=time,
@@ -240,6 +260,7 @@ def _record(
             **besides,
         )
 
+    # The samples before resampling, which the control law read.
     sampled = None
     if uneven and share_clock(columns):
         with suppress(DataError):  # times too uneven for a record

@@ -160,7 +160,7 @@ class Record(Presentable, Exact):
                 )
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        """Return how to make it again from its parts, as pickled arrays are not read-only."""
+        """Return a constructor call for pickling, as the arrays of a pickle are not read-only."""
         return partial(
             type(self), **{each.name: getattr(self, each.name) for each in fields(self)}
         ), ()
@@ -177,7 +177,7 @@ class Record(Presentable, Exact):
 
     @property
     def motion(self) -> tuple[str, ...]:
-        """Roles of the measured motion."""
+        """Names of the recorded columns among position, velocity and acceleration."""
         return tuple(r for r in ("position", "velocity", "acceleration") if r in self.channels())
 
     @property
@@ -210,7 +210,9 @@ class Record(Presentable, Exact):
         Returns
         -------
         Record
-            Samples outside the windows have no effect on it.
+            Samples within the windows. Each window is a segment, or several if it has gaps. The
+            channels of the whole record, also outside the windows, are kept in `around` for
+            figures; they have no effect on estimates.
 
         Raises
         ------
@@ -302,13 +304,21 @@ class Record(Presentable, Exact):
         return write_file(path, log_content(self.channels(), declared, MARK, self._name(), path))
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
+        """Return the record of some pieces, each a segment, with `changed` values of attributes.
+
+        A piece is its first sample and the one after its last.
+        """
         rows = np.flatnonzero(mask_of(pieces, len(self)))
         return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
 
     def _taken(
         self, rows: Rows, lengths: Sequence[int], rows_by_role: Mapping[str, Rows], **changed: Any
     ) -> "Record":
-        """Return the record of these rows in segments of given lengths; shifted columns by role."""
+        """Return the record of given rows, (n,), in segments of given lengths.
+
+        `rows_by_role` gives other rows, (n,), for the columns that are shifted. A sample is masked
+        if any of its values was masked. `changed` are new values of attributes.
+        """
         columns = {role: v[rows_by_role.get(role, rows)] for role, v in self.channels().items()}
         masked = mask_of(self.masked, len(self))
         return self.with_channels(
@@ -321,6 +331,7 @@ class Record(Presentable, Exact):
         )
 
     def _repaired(self, *repairs: Repair) -> Provenance:
+        """Return the provenance of the record with further repairs."""
         return replace(self.provenance, repairs=(*self.provenance.repairs, *repairs))
 
     @property
@@ -370,6 +381,7 @@ class Record(Presentable, Exact):
         return digest.hexdigest()
 
     def _name(self) -> str:
+        """Return the name of the log and its windows, for messages."""
         return f"{self.provenance.source} {windows_text(self.windows)}".rstrip()
 
     def _check_roles(self) -> None:
@@ -410,7 +422,10 @@ class Record(Presentable, Exact):
             settle(self, position=np.empty(0), integrated=True)
 
     def _integral(self) -> Array:
-        """Return the integral of the velocity by trapezoids, per segment from the reference."""
+        """Return the integral of the velocity by trapezoids, m or rad, (N,).
+
+        Each segment starts at its first reference, or at 0 without a reference.
+        """
         velocity, position = np.asarray(self.velocity), np.zeros(len(self))
         for start, stop in self.spans:
             steps = self.period * (velocity[start + 1 : stop] + velocity[start : stop - 1]) / 2
@@ -526,12 +541,18 @@ class LawClock:
 
     @property
     def doubt(self) -> str:
-        """Sentence on a wrong period of the log, with a remedy; empty for none."""
+        """Warning that log and control law have different sampling periods, with a remedy.
+
+        Empty if the periods are equal, or if the user or the law confirms the difference.
+        """
         return "" if self.other is None else self.other.sentence
 
     @property
     def hold_delay(self) -> float:
-        """Delay in samples by a drive that holds its control: half the hold."""
+        """Mean delay of a control that the drive holds for a period of the law, in samples.
+
+        It is half of that period, at most half a sample.
+        """
         return 0.5 / max(self.ratio or 1.0, 1.0)
 
 
@@ -541,7 +562,12 @@ def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
 
 
 def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
-    """Return the period of a record relative to that of a law."""
+    """Return the sampling of a record relative to the control law, see `LawClock`.
+
+    Different periods are confirmed by a given `Record.sample_period`, or by a law that declares the
+    interpolation of its reference between the samples of a log. Without a confirmation,
+    `LawClock.other` reports the difference.
+    """
     period, clock = record.period, record.provenance.clock
     stated = record.sample_period is not None and (clock is None or clock.stated)
     if clock is None:  # a record of arrays has its own times
@@ -550,6 +576,7 @@ def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
             pieces = [record.time[start:stop] for start, stop in record.spans]
             uncertainty = period_uncertainty(pieces)
         clock = PeriodSource(uncertainty=uncertainty)
+    # The period of the log; that of the record differs from it after resampling.
     logged, resampled = clock.step * period, clock.step != 1
     if law is None or law.continuous:
         return LawClock(ratio=1.0, resampled=resampled)

@@ -31,14 +31,17 @@ def resample(
     between: Mapping[str, Interpolation] | None = None,
     edges: Sequence[float] | Array = (),
 ) -> RoleColumns:
-    """Return columns that have clocks of their own on one even grid.
+    """Return all columns interpolated to the samples of one even grid of times.
+
+    The grid covers the times at which every column has samples. Gaps and the times between windows
+    divide it into segments.
 
     Parameters
     ----------
     columns : RoleColumns
-        Each with its clock.
+        Columns by role, each with its own times.
     rate : float or "auto"
-        Hz.
+        Rate of the grid, Hz; ``auto`` for that of the position.
     split : bool
         True if the log may be cut at gaps.
     stated : float, optional
@@ -66,6 +69,7 @@ def resample(
             )
         check_increases(source, f"the time of the {role}", s.times)
     clocks = {role: s.times for role, s in samples.items()}
+    # The rate of the grid, from the period of the position (or else velocity).
     moving = motion_role(samples)
     period, uncertainty = own_period(clocks[moving])
     if stated is not None:
@@ -89,6 +93,7 @@ def resample(
         before=f"{source}: ",
         code="resampling",
     )
+    # One grid for each piece of time that all columns cover.
     covered = _common([_pieces(clock, edges) for clock in clocks.values()])
     step = 1 / chosen
     counts = [np.floor((b - a) / step * (1 + 1e-12) + 1e-6) + 1 for a, b in covered]
@@ -110,6 +115,7 @@ def resample(
             f"motion is unknown. Cut the log there: {setting('gaps', 'split')}.",
             code="uneven-time",
         )
+    # Interpolation of each column on the grids.
     splined = {"position", "velocity", "reference"}
     splined |= {"injected"} if columns.injected_at == "reference" else set()
     hows: dict[str, Interpolation] = {
@@ -126,6 +132,7 @@ def resample(
     masks = {
         r: np.interp(time, clocks[r], np.asarray(m, float)) > 0 for r, m in columns.masks.items()
     }
+    # Repairs that report the resampling, and the gaps.
     repairs = [*columns.repairs, _resample_repair(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - period for before, after in gaps)
@@ -148,13 +155,21 @@ def resample(
 
 
 def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, float]]:
-    """Return first and last time of each piece of a clock without gaps, cut between windows."""
+    """Return the first and last time, s, of each piece of a column without gaps.
+
+    The column is also cut at the times between windows (`edges`, s).
+    """
     cuts = np.searchsorted(clock, edges, side="right")
     pieces = np.split(clock, np.union1d(long_steps(clock, MAX_UNEVEN_STEP.value) + 1, cuts))
     return [(float(piece[0]), float(piece[-1])) for piece in pieces if len(piece)]
 
 
 def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
+    """Return the first and last time, s, of each interval that all columns cover.
+
+    `lists` has the pieces of each column. A common interval begins at a start at which as many
+    pieces are open as there are columns, and ends at the next end of a piece.
+    """
     starts, stops = (np.sort([piece[end] for each in lists for piece in each]) for end in (0, 1))
     ended = np.searchsorted(stops, starts, "right")
     begin = np.flatnonzero(np.arange(1, len(starts) + 1) - ended == len(lists))
@@ -164,7 +179,21 @@ def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, flo
 def _onto(
     grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, how: Interpolation
 ) -> Array:
-    """Return a column at the times of a grid, from its samples in and next to a piece."""
+    """Return a column interpolated at the times of a grid, from its samples in and next to a piece.
+
+    Parameters
+    ----------
+    grid : (n,) array
+        Times of the grid, s.
+    piece : (float, float)
+        First and last time of the piece, s.
+    clock : (N,) array
+        Times of the column, s.
+    samples : Samples
+        Samples of the column.
+    how : {"spline", "linear", "held"}
+        Interpolation; linear if there are too few samples for a spline.
+    """
     first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
@@ -174,6 +203,19 @@ def _onto(
 def _resample_repair(
     clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Interpolation]
 ) -> Repair:
+    """Return the repair that reports the resampling of columns.
+
+    Parameters
+    ----------
+    clocks : mapping of str to (N,) array
+        Times before resampling by role, s.
+    time : (n,) array
+        Times after resampling, s.
+    rate : float
+        Rate after resampling, Hz.
+    hows : mapping of str to {"spline", "linear", "held"}
+        Interpolation by role.
+    """
     ways = {"spline": "by cubic splines", "linear": "by straight lines", "held": "held"}
     by_way = {
         phrase: ", ".join(r for r, h in hows.items() if h == way) for way, phrase in ways.items()
@@ -209,7 +251,11 @@ def own_period(clock: Array) -> tuple[float, float]:
 
 
 def _in_phase(time: Array, guess: float) -> float | None:
-    """Return the period near a guess at which times have about the same phase, s, or None."""
+    """Return the period near a guess, s, at which all times have about the same phase.
+
+    None if no period does. A first part of the times is searched; the rate (1/period) is then
+    refined with more and more of them, and finally by the slope of the phase.
+    """
     time, count = time - time[0], min(1024, len(time))
     rate, reach = 1 / guess, 0.25 / guess
     while True:

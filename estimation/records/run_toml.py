@@ -125,6 +125,10 @@ class Repairs:
 
 
 def _modulus(role: str, text: str, axis: Axis | None, scale: Scale) -> Modulus:
+    """Return the modulus of a column from its text, such as ``360:deg``.
+
+    Without a unit the number is in the column's own numbers, which `scale` converts to SI.
+    """
     number, _, unit = text.partition(":")
     size = math.nan
     with suppress(ValueError):
@@ -208,7 +212,10 @@ def read_run(
 
 
 def _said(folder: Path, axis: Axis | None, table: TomlTable) -> tuple[Path, dict[str, Any]] | None:
-    """Return the log, and the values of the given keys."""
+    """Return the path of the log and the values of the keys of a run.toml; None for a wrong path.
+
+    Mistakes are collected in `table`. `folder` is the folder of the file.
+    """
     table.only("log", *LOG_KEYS)
     roles = ROLES if axis is None else axis.roles
     said = {
@@ -223,6 +230,7 @@ def _said(folder: Path, axis: Axis | None, table: TomlTable) -> tuple[Path, dict
 
 
 def _log(folder: Path, named: object) -> Path:
+    """Return the path of the log that a run.toml in a folder names; refuse a missing file."""
     if named is None:
         raise UsageError('it is missing. Add the path of the log, as in log = "log.csv".')
     if not isinstance(named, str) or is_run_file(named):
@@ -308,7 +316,11 @@ def started_run(log: Path) -> str:
 
 
 def _role(table: Table, role: str) -> str:
-    """Return the line of a role, with a column that has its name or a usual one, if there is."""
+    """Return the line of a run.toml that names the column of a role, commented out.
+
+    The line names a column of the log with the name of the role or a usual name of it, if there is
+    one, and the unit of a time as far as its steps show it.
+    """
     names = {**{name.casefold(): name for name in table.columns}, **{n: n for n in table.columns}}
     name = next((names[n] for n in (role, *_NAMES.get(role, ())) if n in names), None)
     # A column with the name of these roles need not be such a measurement.
@@ -326,6 +338,7 @@ def _role(table: Table, role: str) -> str:
 
 
 def _described(table: Table, name: str) -> str:
+    """Return a text on a column of a log: its name, the range of its numbers, and its unit."""
     column, values = table.columns[name], _values(table, name)
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
@@ -335,9 +348,11 @@ def _described(table: Table, name: str) -> str:
 
 
 def _values(table: Table, name: str) -> Array:
+    """Return the numbers of a column, (N,); empty if it has none."""
     samples = table.columns[name].samples
     return np.empty(0) if isinstance(samples, DataError) else samples.values
 
 
 def _comment(said: str) -> list[str]:
+    """Return a text as comment lines of a TOML file."""
     return [f"# {line}" for line in wrap(said, _LINE)]

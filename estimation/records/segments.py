@@ -55,6 +55,7 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
 
 
 def _checked(window: Any) -> Window:
+    """Return the first and last time of one window, s; infinite for open ends."""
     ends = window.split("..") if isinstance(window, str) else window
     try:
         start, stop = (
@@ -130,13 +131,14 @@ def samples_within(
 def within(
     columns: RoleColumns, windows: Sequence[Window]
 ) -> tuple[RoleColumns, tuple[Window, ...]]:
-    """Return the samples of the windows, each column by its own clock.
+    """Return the columns cut to the windows, and the windows limited to the times of the log.
 
     Returns
     -------
     RoleColumns
+        Columns with the samples of the windows, each column by its own times.
     tuple of Window
-        Windows within the clock of the motion.
+        Windows limited to the times of the position or velocity, s.
     """
     clock = columns.motion.times
     motion_spans = samples_within(columns.source, clock, windows)
@@ -158,7 +160,16 @@ def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Wind
 
 
 def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:
-    """Return the repair for windows, with the number of left-out samples."""
+    """Return the repair that reports windows, with the number of left-out samples.
+
+    Parameters
+    ----------
+    windows : sequence of Window
+    spans : sequence of (int, int)
+        First sample and the one after the last of each window.
+    samples : int
+        Number of samples of the log.
+    """
     left_out = samples - sum(stop - start for start, stop in spans)
     each = ", each filtered and simulated separately" if len(spans) > 1 else ""
     return Repair(
@@ -176,10 +187,11 @@ def edges(windows: Sequence[Window]) -> Array:
 def as_sampled(
     columns: RoleColumns, period: float | None, windows: Sequence[Window], *, split: bool
 ) -> RoleColumns:
-    """Return columns at their own times, cut between windows, and at gaps if `split`.
+    """Return columns divided into segments, without resampling.
 
-    Pieces between gaps that are shorter than a record are left out. Windows are cut also without a
-    gap between them.
+    The columns have common times. They are cut between windows, also without a gap there, and at
+    gaps if `split`. If `split`, pieces that are too short for a record are left out. `period` is a
+    given sampling period, s; None for the mean step.
     """
     time = np.asarray(columns.motion.times, dtype=np.float64)
     cuts = np.searchsorted(time, edges(windows), side="right")
@@ -208,12 +220,24 @@ def as_sampled(
 
 
 def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:
-    """Return consecutive segments of these lengths; empty for a single one."""
+    """Return consecutive segments of the given lengths; empty for a single length."""
     return tuple(pairwise(accumulate(lengths, initial=0))) if len(lengths) > 1 else ()
 
 
 def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
-    """Return the repair for a split log."""
+    """Return the repair that reports a log cut at gaps.
+
+    Parameters
+    ----------
+    gaps : int
+        Number of gaps.
+    lost : float
+        Missing time, s.
+    segments : int
+        Number of segments.
+    dropped : int
+        Number of rows left out, in pieces that are too short.
+    """
     text = (
         f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
         f"{segments} segments, each filtered and simulated separately"
@@ -224,7 +248,15 @@ def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
 
 
 def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
-    """Return checked pairs of whole numbers."""
+    """Return spans as pairs of whole numbers: the first row and the one after the last.
+
+    Parameters
+    ----------
+    source, name : str
+        Names of the record and of the spans, for messages.
+    spans : object
+        Spans as the user gave them.
+    """
     try:
         return tuple((index(start), index(stop)) for start, stop in spans)  # type: ignore[attr-defined]
     except (TypeError, ValueError) as error:

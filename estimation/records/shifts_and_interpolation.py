@@ -104,8 +104,9 @@ def drawn_between(
     Parameters
     ----------
     columns : RoleColumns
-        Each with its clock.
+        Columns by role, each with its times.
     between : mapping of str to {"spline", "linear", "held"}
+        Interpolation by role.
     uneven : bool
         True if the columns are resampled later: samples that were not written are then only left
         out.
@@ -147,7 +148,19 @@ def drawn_between(
 
 
 def at_times(times: Array, clock: Array, values: Array, how: Interpolation) -> Array:
-    """Return values interpolated at other times; outside the clock the first and last value."""
+    """Return values interpolated at given times, (n,).
+
+    Before the first and after the last sample, the first and last value are returned.
+
+    Parameters
+    ----------
+    times : (n,) array
+        Times to interpolate at, s.
+    clock, values : (N,) array
+        Times, s, and values of the samples.
+    how : {"spline", "linear", "held"}
+        Interpolation.
+    """
     if how == "linear":
         return np.interp(times, clock, values)
     if how == "held":
@@ -158,7 +171,7 @@ def at_times(times: Array, clock: Array, values: Array, how: Interpolation) -> A
 
 
 def advised_interpolation(role: str) -> str:
-    """Return the interpolation that suits a column: a velocity bends, a force jumps."""
+    """Return the line of run.toml that interpolates a column: a velocity bends, a force jumps."""
     how = "spline" if role == "velocity" else "linear"
     return f'between.{role} = "{how}" in run.toml'
 
@@ -244,6 +257,7 @@ def shift_into_time(role: str, late: float, apart: float) -> AdvisedShift:
 
 
 def _shift(role: str, amount: object) -> Shift:
+    """Return the shift of a column from a number of samples, or from a text with a time's unit."""
     if isinstance(amount, Shift):
         return amount
     match = _AMOUNT.fullmatch(amount) if isinstance(amount, str) else None
@@ -281,8 +295,9 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
     Parameters
     ----------
     columns : RoleColumns
-        Each with its clock.
+        Columns by role, each with its times.
     shifts : mapping of str to Shift
+        Shifts by role.
     uneven : bool
         True if the columns are resampled later, so that any amount is possible.
 
@@ -327,9 +342,10 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
 def shifted_rows(
     source: str, clock: Array, shifts: Mapping[str, Shift]
 ) -> tuple[Rows, dict[str, Rows], list[Repair]]:
-    """Return the rows with a counterpart in every shifted column, and these counterparts.
+    """Return the rows that every shifted column has, and the rows of these columns before.
 
-    Across a gap a row has no counterpart.
+    The counterpart of a row is the row of a shifted column that the shift moves to it. A row at an
+    end of the log, or across a gap, has no counterpart and is left out.
 
     Parameters
     ----------
@@ -344,8 +360,9 @@ def shifted_rows(
     (n,) array of int
         Rows that are kept.
     dict of str to (n,) array of int
-        Rows of the shifted columns, by role.
+        Counterparts of these rows in the shifted columns, by role.
     list of Repair
+        Repairs that report the shifts.
 
     Raises
     ------
@@ -381,11 +398,23 @@ def shifted_rows(
 
 
 def _step(clock: Array) -> float:
+    """Return the median time step of a column, s; 0 with fewer than two finite times."""
     finite = clock[np.isfinite(clock)]
     return float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
 
 
 def _shift_repair(role: str, step: float, shift: Shift, count: int, lost: int) -> Repair:
+    """Return the repair that reports the shift of a column.
+
+    Parameters
+    ----------
+    role : str
+    step : float
+        Sampling period of the column, s.
+    shift : Shift
+    count, lost : int
+        Number of shifted rows, and of rows left out.
+    """
     seconds = shift.seconds(step)
     samples = seconds / step if step > 0 else 0.0
     way = "later" if seconds >= 0 else "earlier"

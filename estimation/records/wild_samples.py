@@ -52,12 +52,16 @@ Places = NDArray[np.intp]
 def without_wild_samples(
     columns: RoleColumns, moduli: Mapping[str, float], limit: float = math.inf, delay: int = 0
 ) -> RoleColumns:
-    """Return columns with masked and replaced wild samples, and the repair that reports them.
+    """Return columns with wild samples masked and replaced, and with the repair that reports them.
+
+    Columns without wild samples are returned unchanged. Position and velocity are searched first,
+    then the reference, then the other columns, whose jumps may respond to those of the former. Each
+    column is searched in a few passes; wild samples that a pass finds are replaced before the next.
 
     Parameters
     ----------
     columns : RoleColumns
-        Each with its clock, every value finite.
+        Columns by role, each with its times; every value is finite.
     moduli : mapping of str to float
         Moduli of a position and its reference by role, SI.
     limit : float
@@ -65,6 +69,7 @@ def without_wild_samples(
     delay : int
         Samples by which the control law acts, and its control is logged, late.
     """
+    # Known range of control and force: 0 if it is unknown, infinite if no sample can be judged.
     widths = {"control": 2 * limit if math.isfinite(limit) else 0.0, "force": 0.0}
     if _PLANNED not in columns.samples:
         widths |= {role: math.inf for role, width in widths.items() if not width}
@@ -88,6 +93,7 @@ def without_wild_samples(
             if role in (*_INERT, _PLANNED):
                 places = np.union1d(places, course.out_of_course(most))
             if role not in _INERT:
+                # A jump is not wild if another column jumps there as well.
                 times = [courses[other].times[at] for other, at in found.items()]
                 places = _unexplained(role, places, courses, np.concatenate([np.empty(0), *times]))
             places = places[~wild[places]]
@@ -126,7 +132,7 @@ def wild_steps(position: Array, spans: Sequence[Span]) -> Places:
     Returns
     -------
     (K,) array of int
-        The sample before each such step. At most a tenth of all steps.
+        The sample before each outlying step; at most a tenth of all samples are returned.
     """
     places = np.concatenate([np.arange(start, stop - 1) for start, stop in spans])
     if not len(places):
@@ -144,12 +150,14 @@ def _most_wild(size: int) -> int:
 
 
 def _mask(places: Places, size: int) -> Mask:
+    """Return True for some samples of a column of the given size, (size,)."""
     mask = np.zeros(size, dtype=bool)
     mask[places] = True
     return mask
 
 
 def _named(role: str, samples: Samples, places: Places) -> str:
+    """Return a text on the wild samples of a column: the first, and the number of the others."""
     first, others = places[0], len(places) - 1
     more = f", and {others} more" if others else ""
     return f"{role} {samples.values[first]:.6g} at {samples.times[first]:.9g} s{more}"
@@ -161,7 +169,7 @@ def leading_zeros_note(columns: RoleColumns) -> list[str]:
     Parameters
     ----------
     columns : RoleColumns
-        Each with its clock.
+        Columns by role, each with its times.
     """
     begins = []
     for samples in columns.samples.values():
@@ -181,21 +189,23 @@ def leading_zeros_note(columns: RoleColumns) -> list[str]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Course:
-    """Course of a column from sample to sample.
+    """A column with its second differences, in which wild samples are searched.
 
     Attributes
     ----------
     values, times : (N,) array
+        Values of the column, SI, and times, s.
     spans : tuple of (int, int)
         First sample and the one after the last of each piece without gaps.
     modulus : float
         Modulus after which the values restart; 0 for none.
     width : float
-        Width of the known range of the column; 0 for an unknown range.
+        Width of the known range of the column; 0 for an unknown range, infinite if no sample is to
+        be found by the range.
     has_ends : bool
         True if the first and the last sample must continue the others, as the column is smooth.
     delay : int
-        Samples by which the control law acts late.
+        Number of samples by which the control law acts late.
     excursions : (N,) array
         Distance of each sample from both neighbours, to one side: the least of the second
         differences before and after it, and of half its own.
@@ -217,7 +227,7 @@ class _Course:
     def of(
         cls, samples: Samples, modulus: float, width: float, *, has_ends: bool, delay: int
     ) -> "_Course":
-        """Return the course of a column with its clock."""
+        """Return the second differences and excursions of a column, with the given attributes."""
         cuts = long_steps(samples.times, MAX_EVEN_STEP.value) + 1
         ends = [0, *cuts.tolist(), len(samples.values)]
         spans = tuple(pairwise(ends))
@@ -236,7 +246,10 @@ class _Course:
         )
 
     def out_of_course(self, most: int) -> Places:
-        """Return the samples whose excursion is larger than the second differences without them."""
+        """Return the samples whose excursion exceeds all second differences without them.
+
+        At most `most` samples with the largest excursions are compared.
+        """
         excursions = self.excursions if self.has_ends else self._inner_excursions()
         order = _largest(excursions, most)
         return self._standing_out(excursions, order, self._largest_bends(order))
@@ -260,12 +273,17 @@ class _Course:
         return excursions
 
     def out_of_range(self, most: int) -> Places:
-        """Return the samples whose excursion is larger than the range without them."""
+        """Return the samples whose excursion exceeds the range of the column without them.
+
+        At most `most` samples with the largest excursions are compared.
+        """
         order = _largest(self.excursions, most)
         return self._standing_out(self.excursions, order, self._ranges(order))
 
     def _standing_out(self, excursions: Array, order: Places, moves: Array) -> Places:
-        """Return the samples whose excursion is larger than the movement without them.
+        """Return the samples whose excursion is twice the movement of the column without them.
+
+        The movement is at least two quantisation steps.
 
         Parameters
         ----------
@@ -288,7 +306,7 @@ class _Course:
         return np.sort(order[: standing[-1] + 1])
 
     def _largest_bends(self, order: Places) -> Array:
-        """Return the largest second differences without the first 0 to K of some samples."""
+        """Return the largest second differences without the first 0 to K of K samples, (K + 1,)."""
         rank = _ranks(order, len(self.values))
         beside = np.full(len(rank) + 2, len(order))
         beside[1:-1] = rank
@@ -299,7 +317,10 @@ class _Course:
         return _from_the_end(np.maximum, largest)
 
     def _ranges(self, order: Places) -> Array:
-        """Return the ranges without the first 0 to K of some samples, at least the known width."""
+        """Return the ranges without the first 0 to K of K samples, (K + 1,).
+
+        A range is at least the known width of the column.
+        """
         rank = _ranks(order, len(self.values))
         highest = np.full(len(order) + 1, -np.inf)
         lowest = np.full(len(order) + 1, np.inf)
@@ -309,7 +330,10 @@ class _Course:
         return np.maximum(ranges, self.width)
 
     def jumps(self, time: float, times: Array) -> bool:
-        """Return True if second differences near a time exceed those away from all given times."""
+        """Return True if the column jumps near a time, s.
+
+        Its second differences there are then larger than those away from all given times, (k,), s.
+        """
         kept = np.ones(len(self.values), dtype=bool)
         for each in times:
             kept[self._about(each)] = False
@@ -318,12 +342,16 @@ class _Course:
         return here > _TIMES * max(elsewhere, rounding(self.values))
 
     def _about(self, time: float) -> slice:
+        """Return the samples near a time, s, in which the column may respond to another column."""
         place = int(np.searchsorted(self.times, time))
         before, after = _ANSWERS
         return slice(max(place + before - self.delay, 0), place + after + 1)
 
     def bridged(self, wild: Mask) -> "_Course":
-        """Return the course with straight lines, in whole steps of the column, for some samples."""
+        """Return the column with its wild samples, (N,), replaced by straight lines.
+
+        The lines are rounded to the quantisation step of the column.
+        """
         values = np.array(self.values)
         quantum = quantisation_step(values[~wild])
         for start, stop in self.spans:
@@ -350,12 +378,15 @@ def _ranks(order: Places, size: int) -> IntArray:
 
 
 def _from_the_end(extreme: np.ufunc, values: Array) -> Array:
-    """Return the extreme of each value and of all after it."""
+    """Return for each value the maximum or minimum (`extreme`) of it and all later values, (n,)."""
     return np.asarray(extreme.accumulate(values[::-1])[::-1], dtype=float)
 
 
 def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[Array, Array]:
-    """Return the excursion and the absolute second difference of each sample, (N,) each."""
+    """Return the excursion and the absolute second difference of each sample, (N,) each.
+
+    Both are explained in `_Course`; they are 0 in pieces (`spans`) that are too short to search.
+    """
     excursions, bends = np.zeros(len(values)), np.zeros(len(values))
     for start, stop in spans:
         if stop - start < _FEWEST:
@@ -378,6 +409,7 @@ def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[A
 
 
 def _steps(values: Array, modulus: float) -> Array:
+    """Return the differences of consecutive values, without jumps by a modulus, (n - 1,)."""
     steps = np.diff(values)
     return steps - modulus * np.round(steps / modulus) if modulus else steps
 
@@ -385,7 +417,20 @@ def _steps(values: Array, modulus: float) -> Array:
 def _bridge(
     values: Array, first: int, end: int, span: Span, modulus: float, quantum: float
 ) -> None:
-    """Draw the samples from the first to before the end on a line through their neighbours."""
+    """Replace the values from sample `first` to before `end` by a line through their neighbours.
+
+    Parameters
+    ----------
+    values : (N,) array
+        Values of the column, which are changed.
+    first, end : int
+    span : (int, int)
+        First sample and the one after the last of the piece without gaps.
+    modulus : float
+        Modulus after which the values restart; 0 for none.
+    quantum : float
+        Quantisation step of the column; 0 if it is unknown.
+    """
     left, right = first - 1, end
     has_left, has_right = left >= span[0], right < span[1]
     if not has_left and not has_right:
@@ -410,7 +455,20 @@ def _bridge(
 def _unexplained(
     role: str, places: Places, courses: Mapping[str, _Course], named: Sequence[float] | Array
 ) -> Places:
-    """Return the samples at which no other column jumps, or another column is wild."""
+    """Return the samples of a column whose jumps no other column explains.
+
+    Another column explains a jump if it jumps near the same time, unless it is wild at that time.
+
+    Parameters
+    ----------
+    role : str
+    places : (k,) array of int
+        Samples of the column that jump.
+    courses : mapping of str to _Course
+        All columns by role.
+    named : (m,) array
+        Times of the wild samples of other columns, s.
+    """
     times = courses[role].times[places]
     others = [course for other, course in courses.items() if other != role]
     wild = [

@@ -61,11 +61,11 @@ def unwound(
     Parameters
     ----------
     columns : RoleColumns
-        Each with its clock.
+        Columns by role, each with its times.
     moduli : mapping of str to Modulus
         Moduli by role.
     axis : Axis or None
-        Its coordinate shows whether it rotates.
+        Axis, whose coordinate shows if it rotates; None if it is unknown.
     gap : float
         Longest time step that is no gap, in median steps.
 
@@ -90,12 +90,12 @@ def unwound(
 
 
 def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumns:
-    """Remove the jumps of position and reference by whole moduli.
+    """Return columns without the jumps of position and reference by whole moduli.
 
     If there were jumps, the reference begins on the turn of the position, unless it spans more than
     the modulus. Across a gap the number of turns is unknown: the position is assumed to move by
     less than half a modulus, and the reference begins again on the turn of the position. Without a
-    jump nothing is changed.
+    jump nothing is changed. `gap` is the longest time step that is no gap, in median steps.
     """
     source, samples = columns.source, {**columns.samples}
     span = float(np.ptp(samples["position"].values))
@@ -109,6 +109,7 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
     gaps, counts, own_turn, pieces_moved = long_steps(samples["position"].times, gap), {}, False, 0
     for role in [role for role in ("position", "reference") if role in samples]:
         values = samples[role].values
+        # A column that spans more than the modulus counts the turns itself.
         own_turn = float(np.ptp(values)) > _MAX_WRAPPED_SPAN * modulus.si
         turns = np.round(np.diff(values, prepend=values[0]) / modulus.si) * (not own_turn)
         values, counts[role] = values - modulus.si * np.cumsum(turns), int(np.count_nonzero(turns))
@@ -134,7 +135,10 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
 
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
-    """Read numbers of half a modulus and more as negative numbers written without a sign."""
+    """Return columns with values of half a modulus and more in one column read as negative.
+
+    Such numbers were written without their sign.
+    """
     samples, scale = columns.samples[role], columns.scales.get(role, Scale())
     sign = math.copysign(1.0, scale.factor)
     written = sign * (samples.values - scale.offset)
@@ -162,9 +166,11 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
 def _on_positions_turn(
     samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
 ) -> tuple[Samples, int]:
-    """Return the reference shifted by whole moduli to the position, and the number of pieces.
+    """Return the reference shifted by whole moduli to the turn of the position.
 
-    It is shifted at its start, unless `own_turn`, and after each gap.
+    The second value is the number of shifted pieces between gaps. The reference is shifted at its
+    start and after each gap. At its start it is not shifted if it counts the turns itself
+    (`own_turn`). `modulus` is in SI, `gap` in median time steps.
     """
     position, reference = samples["position"], samples["reference"]
     clock, reference_clock = position.times, reference.times
@@ -183,9 +189,20 @@ def _on_positions_turn(
 
 
 def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulus: Modulus) -> None:
-    """Refuse a modulus with a remaining jump where it removed one.
+    """Refuse a modulus that leaves a jump of the position where it removed one.
 
-    There the step differs from the mean of its neighbours by more than anywhere else.
+    A remaining jump is a step that differs from the mean of its neighbours by more than any other
+    step does.
+
+    Parameters
+    ----------
+    source : str
+        Name of the log.
+    unwrapped : (N,) array
+        Position after unwrapping, SI.
+    places, gaps : (k,) array of int
+        Steps from which jumps were removed, and steps across gaps.
+    modulus : Modulus
     """
     bends = np.abs(np.diff(unwrapped, 3)) / 2
     special = np.zeros(len(unwrapped) - 1, dtype=bool)
@@ -207,7 +224,10 @@ def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulu
 def _remaining_jumps(
     columns: RoleColumns, axis: Axis | None, gap: float, modulus: Modulus | None
 ) -> list[str]:
-    """Return notes on jumps of a position: steps of over half its range during slow motion."""
+    """Return notes on jumps of a position: steps of over half its range during slow motion.
+
+    Jumps by whole turns, and jumps that a given modulus does not remove, are refused.
+    """
     position = columns.samples.get("position")
     if position is None:
         return []

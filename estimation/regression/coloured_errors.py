@@ -62,7 +62,10 @@ class Autoregression:
         return len(self.variance)
 
     def covariances_to(self, lags: int) -> Array:
-        """Return the autocovariances ``C_0, ..., C_(lags - 1)`` by ``C_k = -A_1 C_(k-1) - ...``."""
+        """Return the autocovariances ``C_0, ..., C_(lags - 1)`` of the errors, (lags, m, m).
+
+        Beyond the order they follow from ``C_k = -A_1 C_(k-1) - ...``; negligible ones are 0.
+        """
         m, p = self.outputs, self.order
         found = np.zeros((lags, m, m))
         found[: p + 1] = self.covariances[:lags]
@@ -148,7 +151,7 @@ def _mean_product(one: NDArray[np.complex128], other: NDArray[np.complex128], si
     Parameters
     ----------
     one, other : (f, m, k) and (f, m, l) arrays
-        At frequencies of 0 or more.
+        Values at frequencies of 0 or more.
     size : int
         Number of all frequencies.
     """
@@ -166,7 +169,7 @@ def autoregression_of(
     counted: Sequence[NDArray[np.bool_]] | None = None,
     outputs: int = 1,
 ) -> Autoregression:
-    """Estimate the autoregression of errors by Yule-Walker, its order by Akaike's criterion.
+    """Return the autoregression of errors by Yule-Walker, with the order by Akaike's criterion.
 
     Parameters
     ----------
@@ -188,6 +191,7 @@ def autoregression_of(
     order = RowTimes.joined([RowTimes.consecutive(len(each) // outputs) for each in pieces])
     products = order.autocovariances(np.concatenate(pieces).reshape(-1, outputs), most)
     if used < rows:
+        # Masked samples: scale the sums to all pairs; leave out lags with few measured pairs.
         whole, pairs = (
             np.rint(order.autocovariances(each[:, None], most))
             for each in (np.ones(rows), there.astype(float))
@@ -265,7 +269,9 @@ def autoregressive_covariance(
     Parameters
     ----------
     columns : (n, k) array
+        Influence of the errors on k quantities.
     model : Autoregression
+        Autoregression of the errors of one record.
     spans : sequence of slice
         The record's stretches.
     rows : int
@@ -323,7 +329,10 @@ def clustered_covariance(
 
 
 def widened(covariance: Array, least: Array) -> Array:
-    """Return a covariance, (k, k), raised to least variances, (k,); the correlations stay."""
+    """Return a covariance, (k, k), with variances raised to at least `least`, (k,).
+
+    The correlations do not change.
+    """
     variances = np.diag(covariance)
     ratio = np.divide(least, variances, out=np.ones_like(variances), where=variances > 0)
     scale = np.sqrt(np.maximum(ratio, 1.0))

@@ -36,7 +36,7 @@ class Covariance(ABC):
 
     @abstractmethod
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """Return the covariance of the estimate with its degrees of freedom and a note."""
+        """Return the covariance of the estimate, (k, k), with degrees of freedom and a note."""
 
     def matrix(self, solution: Solution) -> Array:
         """Return the covariance of the estimate, (k, k)."""
@@ -58,9 +58,9 @@ def applied_covariance(
     shape : (int, int)
         Rows n and parameters k.
     note : CovarianceNote or str
-        A string names a covariance of your own.
+        Note on the estimator; a string names a covariance of your own.
     is_corrected : bool
-        Whether the matrix is multiplied by ``n/(n - k)`` for small samples.
+        True if the matrix is multiplied by ``n/(n - k)`` for small samples.
     """
     n, k = shape
     if isinstance(note, str):
@@ -82,7 +82,7 @@ class PublishedCovariance(Covariance):
     has_one_variance = True
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """See `Covariance.applied`."""
+        """Return the covariance of the published tables, (k, k), with degrees of freedom."""
         e, factor = solution.counted, solution.inverse_factor
         matrix = float(e @ e) / (len(e) - 1) * (factor @ factor.T)
         note = CovarianceNote(kind="published", degrees=len(e) - 1)
@@ -96,7 +96,7 @@ class Classical(Covariance):
     has_one_variance = True
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """See `Covariance.applied`."""
+        """Return the covariance for independent residuals of equal variance, (k, k)."""
         e, A = solution.counted, solution.influence
         n, k = A.shape
         matrix = float(e @ e) / (n - k) * (A.T @ A)
@@ -108,7 +108,7 @@ class Robust(Covariance):
     """``A' diag(e^2) A``, times ``n/(n - k)`` (HC1): independent residuals of any variance."""
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """See `Covariance.applied`."""
+        """Return the covariance for independent residuals of any variance, (k, k)."""
         scores = _scores(solution)
         note = CovarianceNote(kind="robust")
         return applied_covariance(scores.T @ scores, scores.shape, note, is_corrected=True)
@@ -130,9 +130,9 @@ class Hac(Covariance):
         Number of lags L with correlated scores; None takes the plug-in rule of [NeweyWest1994]_ for
         the parameter with the largest number of lags, at most the root of the number of rows.
     widened : bool or None
-        Whether no standard error is smaller than that of `covariance_of_ar1` where few scores are
-        independent; None does so if the lags are not given. This is correct for parameters of the
-        fit and their restrictions, as a fit reduces the slow part of its residuals. Other
+        True if no standard error may be smaller than that of `covariance_of_ar1` where few scores
+        are independent; None does so if the lags are not given. This is correct for parameters of
+        the fit and their restrictions, as a fit reduces the slow part of its residuals. Other
         directions, as a term that is not in the model or the difference of two estimators, are not
         reduced by the fit, and the kernel alone has the correct size.
     """
@@ -149,7 +149,7 @@ class Hac(Covariance):
             )
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """See `Covariance.applied`; many lags or slow scores reduce the degrees of freedom."""
+        """Return the HAC covariance; many lags or slow scores reduce the degrees of freedom."""
         applied = self.of_scores(_scores(solution), solution.neighbours)
         widens = self.lags is None if self.widened is None else self.widened
         if not (widens and float(applied.freedom.min()) < FEW_SCORES.value):
@@ -200,9 +200,10 @@ class Hac(Covariance):
         )
 
     def whitened(self, scores: Array, neighbours: RowTimes) -> tuple[Array, Array]:
-        """Return whitened scores on their grid of times, (N, k), and their autoregression, (k,).
+        """Return prewhitened scores, (N, k), and their first-order autoregression, (k,).
 
-        Rows that are missing are zero there. The autoregression is 0 where the lags are given.
+        The scores are on a grid of times, with zeros for missing rows. If the lags are given, the
+        scores are not prewhitened and the autoregression is 0.
         """
         rows = len(scores)
         if self.lags is not None:
@@ -212,8 +213,8 @@ class Hac(Covariance):
                     code="result",
                 )
             return neighbours.on_grid(scores, int(self.lags) + 1), np.zeros(scores.shape[1])
-        # No product has two rows farther apart than the largest lag.
-        placed = neighbours.on_grid(scores, most_lags(rows) + 2)
+        # No product has two rows farther apart than the largest lag, or the lags of the rule.
+        placed = neighbours.on_grid(scores, max(most_lags(rows), _lags_of_rule(rows)) + 2)
         # First-order coefficient of each parameter's scores, limited to avoid a unit root.
         power = np.einsum("tk,tk->k", placed, placed)
         next_to = np.einsum("tk,tk->k", placed[1:], placed[:-1])
@@ -247,12 +248,12 @@ def bartlett_sum(scores: Array, lags: int) -> Array:
 
 
 def plug_in_lags(scores: Array, rows: int) -> int:
-    """Return the lags that the plug-in rule takes for whitened scores, (n, k).
+    """Return the number of lags by the plug-in rule for prewhitened scores, (n, k).
 
-    It is the largest of those of each parameter alone, so that neither units nor signs matter, and
-    at most `most_lags`.
+    It is the largest number over the parameters, so that neither units nor signs matter, and at
+    most `most_lags` of `rows`, the number of rows without the missing ones.
     """
-    looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
+    looked_at = _lags_of_rule(rows)
     sums = np.array(
         [
             np.einsum("tk,tk->k", scores[lag:], scores[: len(scores) - lag]) / rows
@@ -260,6 +261,11 @@ def plug_in_lags(scores: Array, rows: int) -> int:
         ]
     )
     return min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
+
+
+def _lags_of_rule(rows: int) -> int:
+    """Return the number of autocovariances in the plug-in rule, ``4 (n/100)^(2/9)``."""
+    return int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
 
 
 def most_lags(n: int) -> int:
@@ -349,24 +355,25 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
     rows, pairs = float(present.sum()), float(present[1:, 0] @ present[:-1, 0])
 
     def coloured(rho: float) -> Array:
-        """Return the correlation matrix of the errors times the basis, (m, k)."""
+        """Return the correlation matrix of an AR(1) (coefficient rho) times the basis, (m, k)."""
         before = lfilter([1.0], [1.0, -rho], basis, axis=0)
         after = lfilter([1.0], [1.0, -rho], basis[::-1], axis=0)[::-1]
         return np.asarray((before + after - basis) * present, dtype=float)
 
     def of_parameters(taken: Array) -> Array:
-        """Return the matrix ``Q' R Q`` of the basis as one of the parameters, (k, k)."""
+        """Return a matrix ``Q' R Q`` of the basis Q as a matrix of the parameters, (k, k)."""
         mixing = triangle * size
         return np.asarray(mixing.T @ taken @ mixing, dtype=float)
 
     def expected(rho: float) -> float:
-        """Return the expected lag-1 autocorrelation of the residuals."""
+        """Return the expected lag-1 autocorrelation of the residuals after the fit."""
         coloured_basis = coloured(rho)
         taken, early, late = basis.T @ coloured_basis, basis[:-1], basis[1:]
         crossed = np.sum(late * coloured_basis[:-1]) + np.sum(coloured_basis[1:] * early)
         products = rho * pairs - float(crossed) + float(np.sum((late @ taken) * early))
         return (products / max(pairs, 1.0)) / ((rows - float(np.trace(taken))) / rows)
 
+    # The coefficient for which the expected autocorrelation is the observed one.
     after, before = order.pairs(1)
     power, most = float(e @ e / len(e)), _MAX_RESIDUAL_AUTOREGRESSION
     observed = float(e[after] @ e[before] / max(len(e[after]), 1)) / power
@@ -424,12 +431,13 @@ def hotelling_p_value(
     Parameters
     ----------
     square : float
+        ``T^2``.
     restrictions : int
-        q.
+        Number q of restrictions, the rank of V.
     freedom : float
         Degrees of freedom nu of the covariance; effective ones for correlated scores.
     one_variance : bool
-        Whether the covariance is one estimated variance times a known matrix.
+        True if the covariance is one estimated variance times a known matrix.
 
     References
     ----------

@@ -22,6 +22,7 @@ class CovarianceNote:
     lags : int or None
         Lags of a HAC covariance.
     lag_rule : {"none", "plug-in", "plug-in, capped", "given"}
+        Rule for the number of lags of a HAC covariance.
     is_prewhitened : bool
         True if the scores were prewhitened by an AR(1).
     is_corrected : bool

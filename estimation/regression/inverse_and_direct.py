@@ -39,6 +39,7 @@ class Equations:
     intercept : (n,) array
         Known terms without a parameter.
     regressor : (n, k) array
+        Derivatives of the left side by the k parameters.
     """
 
     left: Array
@@ -57,7 +58,7 @@ class Equations:
         )
 
     def predicted(self, theta: Array) -> Array:
-        """Return the predicted left side for parameters (k,), (n,)."""
+        """Return the left side that parameters theta, (k,), predict, (n,)."""
         return np.asarray(self.regressor @ theta + self.intercept, dtype=float)
 
     def residuals(self, theta: Array) -> Array:
@@ -78,7 +79,11 @@ class Equations:
 
 @dataclass(frozen=True, slots=True)
 class Form(ABC):
-    """The axis's model as a linear regression."""
+    """The axis's model as a linear regression in k parameters, which p physical ones determine.
+
+    Subclasses are the inverse and the direct model, and inverse models whose parameters are those
+    of several records, or include gains and initial states of a simulated loop.
+    """
 
     axis: GeneratedAxis
 
@@ -92,12 +97,15 @@ class Form(ABC):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Parameters of the regression; the physical ones by default."""
+        """Parameters of the regression, length k.
+
+        They are the physical parameters, unless a subclass regresses other parameters.
+        """
         return self.axis.parameters
 
     @abstractmethod
     def equations(self, signals: Signals) -> Equations:
-        """Return the model's rows for signals, (N,)."""
+        """Return the rows of the regression at each of N samples of signals."""
 
     @property
     def physical_quantities(self) -> tuple[Quantity, ...]:
@@ -126,31 +134,54 @@ class Form(ABC):
         )[0]
 
     def of_record(self, record: int) -> "Form":  # noqa: ARG002
-        """Return the form of one of several records, in the parameters of that record's axis."""
+        """Return the form of one of several records, in the parameters of that record's axis.
+
+        The form itself, unless a subclass has local parameters or known values of each record.
+        """
         return self
 
     def own(self, physical: Array, record: int) -> Array:  # noqa: ARG002
-        """Return the parameters of one record's axis from the common physical parameters (p,)."""
+        """Return the parameters of one record's axis, (b,), for physical parameters (p,).
+
+        The same, unless a subclass has parameters of several records, or of a simulated loop.
+        """
         return physical
 
     def record_jacobian(self, record: int) -> Array:  # noqa: ARG002
-        """Return the derivative of a record's parameters by those of the regression, (b, k)."""
+        """Return the derivative of a record's parameters by those of the regression, (b, k).
+
+        The identity, unless a subclass has parameters of several records.
+        """
         return np.eye(len(self.quantities))
 
     def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:  # noqa: ARG002
-        """Return a record's intercept, (n,), and regressor in the parameters of all records."""
+        """Return a record's intercept, (n,), and regressor, (n, k), in the regression's parameters.
+
+        The arguments are those in the parameters of the record's axis. The same are returned,
+        unless a subclass has parameters of several records.
+        """
         return intercept, regressor
 
     def at(self, physical: Array) -> "Form":  # noqa: ARG002
-        """Return the form linearised about physical parameters (p,), or itself if it is linear."""
+        """Return the form linearised about physical parameters (p,).
+
+        The form itself, unless a subclass can be partially linear.
+        """
         return self
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
-        """Return the physical parameters (p,) of an estimate (k,) and the Jacobian (p, k)."""
+        """Return the physical parameters (p,) for those of the regression (k,), and the Jacobian.
+
+        The Jacobian is (p, k). The same parameters and the identity, unless a subclass regresses
+        other parameters.
+        """
         return theta, np.eye(len(theta))
 
     def regressed(self, physical: Array) -> Array:
-        """Return the regression's parameters (k,) for physical parameters (p,)."""
+        """Return the regression's parameters (k,) for physical parameters (p,).
+
+        The same, unless a subclass regresses other parameters.
+        """
         return physical
 
 
@@ -169,7 +200,7 @@ class InverseForm(Form):
     left: ClassVar[str] = "force"
 
     def equations(self, signals: Signals) -> Equations:
-        """See `Form.equations`; the left side is the force."""
+        """Return the rows of the inverse model at each of N samples; the left side is the force."""
         s = signals
         motion = (s.position, s.velocity, s.acceleration, s.direction)
         about = () if self.axis.is_linear else (self.start,)
@@ -177,12 +208,12 @@ class InverseForm(Form):
         return Equations(left=s.force, intercept=intercept[:, 0], regressor=row)
 
     def at(self, physical: Array) -> "InverseForm":
-        """See `Form.at`."""
+        """Return the model linearised about physical parameters (p,); itself if it is linear."""
         return self if self.is_linear else replace(self, point=physical)
 
     @property
     def start(self) -> Array:
-        """See `Form.start`; the point of the linearisation if there is one."""
+        """Point of the linearisation, (p,); nominal values if there is none."""
         nominal = np.array([p.nominal for p in self.declared], dtype=float)
         return nominal if self.point is None else self.point
 
@@ -198,24 +229,24 @@ class DirectForm(Form):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Parameters ``theta_ddm``."""
+        """Parameters ``theta_ddm`` of the direct model, quotients by the inertia, length k."""
         if isinstance(self.axis.ddm_parameters, Missing):
             raise ModelError(self.axis.ddm_parameters.reason)
         return self.axis.ddm_parameters
 
     def equations(self, signals: Signals) -> Equations:
-        """See `Form.equations`; the left side is the acceleration."""
+        """Return the rows of the direct model at N samples; the left side is the acceleration."""
         s = signals
         motion = (s.position, s.velocity, s.force, s.direction)
         row, intercept = self.axis.evaluate("ddm_regressor", *motion, *s.recorded)
         return Equations(left=s.acceleration, intercept=intercept[:, 0], regressor=row)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
-        """See `Form.physical`; by the generated inverse map."""
+        """Return the physical parameters (p,) for ``theta_ddm`` (k,), and the Jacobian (p, k)."""
         return self.axis.mapped("physical_from_ddm", theta)
 
     def regressed(self, physical: Array) -> Array:
-        """See `Form.regressed`; by the generated map."""
+        """Return ``theta_ddm`` (k,) for physical parameters (p,)."""
         return self.axis.mapped("ddm_from_physical", physical)[0]
 
 
@@ -236,7 +267,7 @@ def separable_least_squares(form: Form, rows: Callable[[Form], Equations]) -> Fo
     ----------
     form : Form
     rows : callable
-        The reduced equations (n,) of a form at its point.
+        Function that returns the filtered rows of a form, linearised at its point.
 
     Raises
     ------
@@ -282,7 +313,7 @@ class _SeparableProblem:
     ----------
     form : InverseForm
     rows : callable
-        The reduced equations (n,) of a form at its point.
+        Function that returns the filtered rows of a form, linearised at its point.
     nonlinear : (p,) array of bool
         True for parameters that enter nonlinearly.
     """
@@ -304,7 +335,10 @@ class _SeparableProblem:
         return [name for name, is_nonlinear in pairs if not is_nonlinear]
 
     def solved(self, at: Array) -> tuple[Array, Array]:
-        """Return all parameters (p,) for given nonlinear ones, and the residuals (n,)."""
+        """Return all parameters (p,) and the residuals (n,) for given nonlinear parameters.
+
+        The linear parameters are those of least squares.
+        """
         physical = self.form.axis.nominal.copy()
         physical[self.nonlinear] = at
         equations = self.rows(self.form.at(physical))
@@ -319,7 +353,7 @@ class _SeparableProblem:
         return physical, solution.residuals
 
     def residuals(self, at: Array) -> Array:
-        """Return the residuals for given nonlinear parameters, (n,); huge ones without estimate."""
+        """Return the residuals for given nonlinear parameters, (n,); huge ones without a fit."""
         try:
             return self.solved(at)[1]
         except EstimationError:
@@ -375,7 +409,18 @@ def damped_step(
     """Return the parameters after a damped step towards the linearised instrumental solution, (p,).
 
     The step from `start` to `goal` is halved until it is within the bounds of the nonlinear
-    parameters and reduces ``||Q' e||``, the residuals e projected on the instruments.
+    parameters and reduces ``||Q' e||``, the residuals e projected on the instruments. If no step
+    does, `goal` is returned, provided that it is within the bounds.
+
+    Parameters
+    ----------
+    form : InverseForm
+    rows : callable
+        Function that returns the filtered rows of a form, linearised at its point.
+    instruments : QrFactors
+        Instruments with their orthonormal basis Q.
+    start, goal : (p,) array
+        Present parameters, and the solution of the linearised equations.
 
     Raises
     ------
@@ -385,6 +430,7 @@ def damped_step(
     low, high = search_bounds(form.axis)
 
     def projected(physical: Array) -> float:
+        """Return the norm of the residuals projected on the instruments, ``||Q' e||``."""
         residuals = rows(form.at(physical)).residuals(physical)
         return float(np.linalg.norm(instruments.basis.T @ residuals))
 

@@ -89,6 +89,7 @@ class Solution:
     Attributes
     ----------
     theta : (k,) array
+        Estimated parameters.
     residuals : (n,) array
         ``y - X theta``.
     inverse_factor : (k, k) array
@@ -132,8 +133,8 @@ class CovarianceEstimate:
     ----------
     matrix : (k, k) array
     freedom : (k,) array
-        Degrees of freedom of the chi-squared distribution with the relative variance of each
-        variance.
+        Degrees of freedom by parameter: those of the chi-squared distribution that has the relative
+        uncertainty of the estimated variance.
     note : CovarianceNote
         Estimator, lags and small-sample correction.
     """
@@ -149,11 +150,12 @@ def checked_columns(
     what: str = "the record",
     neighbours: RowTimes | None = None,
 ) -> Columns:
-    """Check a regressor column by column, and return it with the norms of its columns.
+    """Return a regressor with the norms of its columns, after a check of each column.
 
     Parameters
     ----------
     columns : (n, k) array
+        The regressor, or instruments.
     names : sequence of str
         Names of the k parameters.
     what : str
@@ -321,7 +323,10 @@ def condition_number(X: Array) -> float:
 
 
 def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], what: str) -> None:
-    """Refuse a rank-deficient matrix of scaled columns, and name the combination of parameters."""
+    """Refuse a rank-deficient matrix of scaled columns.
+
+    The message names the combination of parameters that does not change the fit.
+    """
     _, sizes, right = np.linalg.svd(matrix)
     # Unit columns have a largest singular value of 1 or more, unless no instrument is correlated
     # with them. Filtering causes rounding errors of up to 1e-12 in dependent columns.

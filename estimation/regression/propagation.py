@@ -27,12 +27,12 @@ class Drawn(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"
     ----------
     median : float
     interval : (float, float)
-        From the 2.5 % to the 97.5 % quantile.
+        The 2.5 % and the 97.5 % quantile.
     draws : int
         Number of draws in the quantiles.
     lost : int
-        Draws with an inertia that is not positive, or without a finite value; the quantiles exclude
-        them.
+        Number of draws with an inertia that is not positive, or without a finite value; the
+        quantiles exclude them.
     seed : int
         Seed of numpy.random.default_rng, which repeats the draws.
     """
@@ -191,10 +191,11 @@ def summary_of_draws(
     Parameters
     ----------
     function : callable
-        Of the parameters as a list; NaN where it has no value.
+        Function of the parameters as a list; it returns NaN where it has no value.
     at : (p,) array
         Estimate.
     unit : str
+        Unit of the function.
     physical : (d, p) array
     lost, seed : int
         As from `draw_parameters`.

@@ -82,7 +82,9 @@ def residual_tests(
 def power_density(
     values: Array, rate: float, neighbours: RowTimes
 ) -> tuple[Array, Array] | Missing:
-    """Return frequencies in Hz and the power density by Welch's method, (f,) or (f, k).
+    """Return frequencies, Hz, (f,), and the power density by Welch's method, (f,) or (f, k).
+
+    Missing if the stretches without gaps are too short.
 
     The zero frequency is left out. Where rows are missing, segments are as long as the longest
     stretches that together hold half of the rows, at most 256; shorter stretches are left out.

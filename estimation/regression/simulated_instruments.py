@@ -1,4 +1,4 @@
-"""Regression rows from the simulated closed loop: instruments, and the model's left side.
+"""Regression rows of the simulated closed loop: instruments, and the left side of the model.
 
 Without a recorded reference, the control is known: it was recorded. Simulated with the recorded
 control alone, the axis would drift away, so that the control law keeps it on the record: the
@@ -61,7 +61,7 @@ class LoopDataError(DataError):
 
 
 def _without_loop() -> str:
-    """Return the methods that need no loop, as further sentences."""
+    """Return sentences that advise methods without a simulated loop."""
     return (
         " Least squares needs no loop, and neither does a fit of the position under the recorded "
         f"control: {open_loop_fit()}."
@@ -137,12 +137,13 @@ def simulated_loops(
     budget: StepBudget | None = None,
     starts: Sequence[LoopStart] | None = None,
 ) -> tuple[Simulation, ...]:
-    """Simulate the closed loop of a record, once for each segment.
+    """Return the simulated closed loops of a record, one for each segment.
 
     Parameters
     ----------
     axis : GeneratedAxis
     record : Record
+        Record with a reference.
     physical : (p,) array
         Parameters of the axis.
     resolution : float
@@ -150,13 +151,13 @@ def simulated_loops(
     away : float
         Offset of the positions that the law reads, and of the reference, from those of the axis.
     position_noise : (N,) array, optional
-        Added to the position that the law reads.
+        Noise that is added to the position that the law reads.
     disturbance : (N,) array, optional
-        Added to the control, in the drive's unit.
+        Disturbance that is added to the control, in the drive's unit.
     budget : StepBudget, optional
-        Of a search.
+        Remaining integration steps of a search.
     starts : sequence of LoopStart, optional
-        Of each segment; by default as in `loop_starts`.
+        Initial state of each segment; by default as in `loop_starts`.
 
     Raises
     ------
@@ -194,16 +195,28 @@ def simulated_position(loops: Sequence[Simulation]) -> Array:
 def simulated_rows(
     form: Form, loops: Sequence[Simulation], physical: Array, data: FilteredRecord
 ) -> Equations:
-    """Return the rows of simulated loops, filtered and decimated like the measured ones."""
+    """Return the rows of simulated loops, filtered and decimated like those of the record.
+
+    Parameters
+    ----------
+    form : Form
+        Form of the rows.
+    loops : sequence of Simulation
+        Loop of each segment.
+    physical : (p,) array
+        Parameters of the loops.
+    data : FilteredRecord
+        The record with its filter.
+    """
     pieces = [loop_equations(form, loop, physical, data.prefilter.hold) for loop in loops]
     return Equations.stacked(pieces).reduced(data)
 
 
 def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | None) -> Equations:
-    """Return the equations of a simulated loop at each sample.
+    """Return the rows of a form at each sample of a simulated loop, without filter.
 
     With the hold ``zoh``, the rows just before and just after a sample are averaged, as the
-    measured force is.
+    measured force is. `physical`, (p,), are the parameters of the loop.
     """
     at = form.at(physical)
     if hold != "zoh":
@@ -233,9 +246,10 @@ def recorded_loops(
     position_noise: Array | None = None,
     disturbance: Array | None = None,
 ) -> tuple[Simulation, ...]:
-    """Simulate the loops of a record from its reference or, without one, along its position.
+    """Return the simulated loops of a record, one for each segment.
 
-    See `simulated_loops` for the arguments.
+    They follow the recorded reference, or the recorded position if there is no reference. The
+    arguments are those of `simulated_loops`, with the filtered record instead of axis and record.
 
     Raises
     ------
@@ -259,11 +273,12 @@ def recorded_loops(
 
 
 def followed_record(data: FilteredRecord) -> Record:
-    """Return a record whose simulated loop follows the recorded position.
+    """Return a record without a recorded reference, changed so that its loop can be simulated.
 
-    The reference is the recorded position, and the injected control is the recorded control minus
-    the law's answer to the recorded position, in the drive's unit. A velocity that was not recorded
-    is the filtered one.
+    The simulated loop follows the recorded position. The reference is the recorded position, and
+    the injected control is the recorded control minus the control that the law computes for the
+    recorded position, in the drive's unit. For a velocity that was not recorded, the law reads the
+    filtered one.
 
     Raises
     ------
@@ -285,7 +300,11 @@ def followed_record(data: FilteredRecord) -> Record:
 
 
 def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStart:
-    """Return the start of a segment's loop: on its reference, balanced by the injected control."""
+    """Return the initial state of the loop of a segment that follows the recorded position.
+
+    It is at the recorded position, with its velocity. `first` and `last` are the first sample and
+    the one after the last; `away` is an offset of the positions that the law reads.
+    """
     record = data.record
     start = LoopStart(
         position=float(record.position[first]),
@@ -324,7 +343,7 @@ def is_measured_by_law(data: FilteredRecord) -> bool:
 
 
 def _answer_to_noise(data: FilteredRecord) -> Array:
-    """Return the law's answer to the part of the position that the filter removes, (N,).
+    """Return the change of the law's control by the position noise that the filter removes, (N,).
 
     Raises
     ------
@@ -349,10 +368,10 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
 
 
 def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
-    """Return the law's control for a reference and a measured position, (N,).
+    """Return the control that the law computes for a reference and a measured position, (N,).
 
-    Without a recorded control it is as a force sensor measures it: the mean of the controls held
-    before and after a sample.
+    Without a recorded control, it is the mean of the controls held before and after a sample, as a
+    force sensor measures it.
     """
     velocity, averaged = data.motion[1], data.record.control is None
     pieces = []
@@ -365,12 +384,19 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
 
 
 def _share(control: Array, answer: Array) -> float:
-    """Return the share of the law's answer to position noise in the control; expected 1.
+    """Return the share of the law's response to position noise that the control has; expected 1.
 
     ``median_s(d_s' a_s / a_s' a_s)`` over stretches s of 50 samples, with the second differences d
     of the control and a of the answer. Second differences remove most of the motion, except at
     reversals and starts of moves, where the motion may exceed the noise of a good sensor; hence the
     median.
+
+    Parameters
+    ----------
+    control : (N,) array
+        Recorded control.
+    answer : (N,) array
+        Response of the law to the noise, as from `_answer_to_noise`.
     """
     count = (len(control) - 2) // _STRETCH
     actual, expected = (

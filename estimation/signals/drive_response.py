@@ -53,6 +53,7 @@ def through_path(path: CommandPath, commands: Array, period: float) -> Array:
     acting, most = commands, path.rate_limit * period
 
     def follow(now: float, command: float) -> float:
+        """Return the next value of a rate-limited control, which follows a command."""
         step = command - now
         return command if abs(step) <= most else now + math.copysign(most, step)
 
@@ -159,7 +160,7 @@ class DriveReplay:
     mean: bool
 
     def acting(self, forces: Array) -> Array:
-        """Return the force after delay and lag for the forces of the recorded control, (N,)."""
+        """Return forces without delay and lag, (N,), as they act after delay and lag, (N,)."""
         drive = self.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
             return forces
@@ -179,7 +180,7 @@ class DriveReplay:
     ) -> Array:
         """Return the force of a recorded control along a motion, (N,).
 
-        With `by_gain`, its derivative by the logarithm of the drive's gain.
+        If `by_gain`, return its derivative by the logarithm of the drive's gain.
         """
         of_axis = self.axis.force_by_gain if by_gain else partial(drive_force, self.axis)
         make = partial(of_axis, recorded=recorded)
@@ -211,9 +212,9 @@ def _lagged_linear(forces: Array, response: Response, logged: str) -> Array:
 
 
 def as_logged(axis: GeneratedAxis, values: Array) -> Array:
-    """Return the control of a law, or its terms, as the axis's records log the control.
+    """Return the control of a law, or its terms, as the records of the axis log the control.
 
-    That is before the drive, after its delay, or after its lag.
+    A record may log the control before the drive, after its delay, or after its lag.
 
     Parameters
     ----------

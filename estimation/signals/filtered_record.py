@@ -38,15 +38,16 @@ class FilteredRecord(Exact, Uncached):
     axis : GeneratedAxis
     record : Record
     prefilter : Prefilter
-        With the hold and the treatment of reversals that `bind` chose if they were open.
+        Settings of the filter; `bind` chooses the hold and the treatment of reversals if they are
+        open.
     excluded : tuple of (int, int)
         Samples near reversals and rests that have no weight.
     fastest : float
         Largest filtered speed of other records of the same machine; 0 without other records. The
         rest speed of all records and segments is relative to it.
     between : (N,) array or None
-        Mean of the control until the next sample minus the control at the sample, where the law is
-        evaluated between samples.
+        Mean of the control until the next sample minus the control at the sample, if the law is
+        evaluated between samples; None otherwise.
     """
 
     axis: GeneratedAxis
@@ -98,9 +99,9 @@ class FilteredRecord(Exact, Uncached):
         Parameters
         ----------
         position : (N,) array
-            The other motion.
+            Position of the other motion, such as a simulated one.
         also : bool
-            Whether the samples that are left out already stay left out; then nothing changes if
+            True if samples that are already left out stay left out. In this case nothing changes if
             the prefilter keeps reversals.
         """
         if also and self.prefilter.reversals == "keep":
@@ -132,13 +133,16 @@ class FilteredRecord(Exact, Uncached):
         return self._changed(("motion",), between=between)
 
     def without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
-        """Return the record with other samples without weight."""
+        """Return the record with the given samples without weight, instead of the present ones.
+
+        `excluded` has the first sample and the one after the last of each piece.
+        """
         settings = replace(self.prefilter, reversals="leave-out" if excluded else "keep")
         same = ("motion", "force", "signals")  # do not depend on the rows that are left out
         return self._changed(same, prefilter=settings, excluded=tuple(sorted(excluded)))
 
     def _changed(self, same: tuple[str, ...], **fields: Any) -> "FilteredRecord":
-        """Return the record with other fields, and the cached values named in `same`."""
+        """Return the record with new values of attributes; cached values in `same` are kept."""
         other = replace(self, **fields)
         vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
         return other
@@ -161,7 +165,7 @@ class FilteredRecord(Exact, Uncached):
 
     @property
     def hold_delay(self) -> float:
-        """Samples by which the rows use the force earlier, as the drive holds it over a period."""
+        """Delay in samples of the force in the rows, as the drive holds its force over a period."""
         if self.prefilter.hold != "zoh":
             return 0.0
         if self.between is not None:
@@ -271,7 +275,7 @@ class FilteredRecord(Exact, Uncached):
         return resting(self.signals, self.sampling.used, self.fastest)
 
     def reduce(self, columns: Array) -> Array:
-        """Return the rows of signals, (N,) or (N, k) to (n,) or (n, k); see `Sampling.reduce`."""
+        """Return the filtered, decimated rows of signals, (n,) or (n, k), from (N,) or (N, k)."""
         return self.sampling.reduce(columns)
 
     @cached_property
@@ -288,7 +292,7 @@ class FilteredRecord(Exact, Uncached):
         )
 
     def beside(self, force: Array) -> Signals:
-        """Return the filtered motion with a force, aligned by the hold."""
+        """Return the filtered motion together with a force, (N,), aligned by the hold."""
         q, velocity, acceleration = self.motion
         starts, delay = self._starts, self.hold_delay
         if delay:

@@ -35,7 +35,7 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: A
     Parameters
     ----------
     counts : (P,) array of bool
-        Parameters that are considered, see `loss_counts_for`.
+        True for parameters that are considered, see `loss_counts_for`.
     moving, remaining : (P, P) array
         ``X'X`` of all samples in motion, and of the remaining samples.
     """
@@ -56,7 +56,7 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: A
 def loss_counts_for(axis: GeneratedAxis) -> NDArray[np.bool_]:
     """Return True for parameters whose loss of information matters, (p,).
 
-    False for friction that depends on speed.
+    It is False for parameters of friction that depends on speed.
     """
     depends = columns_by_signal(axis)
     return ~(depends["direction"] & depends["velocity"])

@@ -32,7 +32,7 @@ def resting(signals: Signals, used: NDArray[np.bool_], others_fastest: float = 0
     Parameters
     ----------
     signals : Signals
-        Of N samples.
+        Signals of N samples.
     used : (N,) array of bool
         Samples of the fit.
     others_fastest : float
@@ -44,7 +44,7 @@ def resting(signals: Signals, used: NDArray[np.bool_], others_fastest: float = 0
 
 
 def one_direction(signals: Signals) -> str:
-    """Return a sentence if the velocity has only one sign; empty if it has both."""
+    """Return a sentence if the velocity (nearly) always has the same sign; empty otherwise."""
     moving = signals.velocity[_in_motion(signals)]
     forward = float(np.mean(moving > 0)) if len(moving) else 0.0
     if _MIN_REVERSED_SHARE <= forward <= 1 - _MIN_REVERSED_SHARE:
@@ -74,23 +74,23 @@ def _in_motion(signals: Signals) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingAxis(Finding):
-    """An axis that rests in so many samples of a fit that sticking friction misleads it.
+    """An axis at standstill in so many samples of a fit that sticking friction biases the fit.
 
     Attributes
     ----------
     percent : float
-        Of the samples that the fit has.
+        Share of the samples of the fit with the axis at standstill, %.
     """
 
     percent: float
 
 
 def resting_axis(rest: float) -> RestingAxis | None:
-    """Return the finding of an axis that rests in too many samples of a fit; None for another.
+    """Return the finding that an axis is at standstill in too many samples of a fit; None if not.
 
     Parameters
     ----------
     rest : float
-        Part of the samples of the fit at which the axis rests.
+        Share of the samples of the fit at which the axis is at standstill.
     """
     return RestingAxis(percent=100 * rest) if rest > MAX_REST_SHARE else None

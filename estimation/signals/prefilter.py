@@ -210,7 +210,7 @@ class SampledFilter:
     period : float
         Sampling period, s.
     native : bool
-        Whether compiled code is used if available; results are bit-identical.
+        True if compiled code is used if it is available; results are bit-identical.
     """
 
     settings: Prefilter
@@ -219,17 +219,17 @@ class SampledFilter:
 
     @property
     def dropped(self) -> tuple[int, int]:
-        """Samples without weight at start and end."""
+        """Number of samples without weight at start and end."""
         return self.settings.drop or (self._transient(_SETTLED_TRANSIENT),) * 2
 
     @property
     def cut(self) -> tuple[int, int]:
-        """Samples at start and end that are cut off before the decimation filter."""
+        """Number of samples at start and end that are cut off before the decimation filter."""
         return self.settings.drop or (0, 0)
 
     @property
     def memory(self) -> int:
-        """Rows over which the responses of both filters decay to 1e-3.
+        """Number of rows over which the responses of both filters decay to 1e-3.
 
         Rows further apart depend on different samples.
         """
@@ -243,7 +243,7 @@ class SampledFilter:
 
     @property
     def turn_reach(self) -> int:
-        """Samples to both sides of a reversal in which the low-pass rounds it."""
+        """Number of samples to both sides of a reversal in which the low-pass rounds the motion."""
         return self._transient(_MAX_STEP_REMAINDER)
 
     @property
@@ -353,7 +353,10 @@ class SampledFilter:
         return kept[self.rows(len(signals)) - start]
 
     def _without_phase(self, low_pass: "Sections", signals: Array) -> Array:
-        """Filter forward and backward along the first axis, with odd extensions at both ends."""
+        """Return signals, (N,) or (N, k), filtered forward and backward along the first axis.
+
+        They are extended oddly at both ends.
+        """
         compiled = column_filter() if self.native else None
         if compiled is None:
             from scipy.signal import sosfiltfilt
@@ -375,7 +378,7 @@ class SampledFilter:
         return np.arange(first, samples - high, decimate)
 
     def _transient(self, level: float) -> int:
-        """Return the samples in which the low-pass transient decays to a level."""
+        """Return the number of samples in which a transient of the low-pass decays to a level."""
         # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
         order, cutoff = self.settings.order, self.settings.cutoff
         slowest = 2 * math.pi * cutoff * math.sin(math.pi / (2 * order))
@@ -409,9 +412,9 @@ def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
     ----------
     order : int
     edge : float
-        Relative to the Nyquist frequency.
+        Cut-off frequency relative to the Nyquist frequency.
     ripple : float
-        dB; 0 for a Butterworth filter.
+        Ripple of the pass band, dB; 0 for a Butterworth filter.
     """
     from scipy.signal import butter, cheby1, sosfilt_zi
 

@@ -178,9 +178,10 @@ class Sampling:
         return q, dq, ddq
 
     def reduce(self, signals: Array) -> Array:
-        """Return the rows of signals: ends dropped, decimated, without masked samples.
+        """Return the rows of signals, (n,) or (n, k), from samples (N,) or (N, k).
 
-        (N,) or (N, k) to (n,) or (n, k).
+        The ends are dropped, the signals are filtered and decimated, and rows whose filters reach
+        masked samples are left out.
         """
         if signals.ndim == 1:
             return self._reduced(signals)[self._selected]
@@ -202,7 +203,7 @@ class Sampling:
 
     @cached_property
     def weights(self) -> Array:
-        """Rows of a signal of 1 everywhere, (n,); see `SampledFilter.row_gain`."""
+        """Weight of each row, (n,): the row of a signal that is 1 in every sample."""
         return self.reduce(np.ones(self.samples))
 
     @property
@@ -250,7 +251,10 @@ class Sampling:
         )
 
     def _reduced(self, signals: Array) -> Array:
-        """Return the rows of all segments, with masked rows and rows without weight among them."""
+        """Return the rows of all segments, (m,) or (m, k), from samples (N,) or (N, k).
+
+        Rows that depend on masked samples and rows without weight are included.
+        """
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)

@@ -49,8 +49,8 @@ def drive_force(
 def hold_mean(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
     """Return the mean of the held values just before and just after each sample, (N,).
 
-    ``(1 - d) x_k + d x_(k-1)`` with the delay d, within segments. The mean is half a sample late. A
-    value that is held for less than a sample is interpolated linearly, d samples late.
+    It is ``(1 - d) x_k + d x_(k-1)`` with the delay d, within segments. The mean is half a sample
+    late. A value that is held for less than a sample is interpolated linearly, d samples late.
 
     Parameters
     ----------

@@ -151,7 +151,7 @@ def simulate_loop(
     budget: StepBudget | None = None,
     bounded: bool = False,
 ) -> Simulation:
-    """Simulate one loop from checked inputs or from those of a record.
+    """Return the simulation of one loop from checked inputs, or from those of a record.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def simulate_loop(
     budget : StepBudget, optional
         Budget of steps, from which those of this simulation are subtracted.
     bounded : bool
-        Whether parameters beyond their bounds, and friction that drives the axis, are refused;
+        True if parameters beyond their bounds, and friction that drives the axis, are refused;
         estimates may be slightly beyond their bounds.
 
     Raises
@@ -172,6 +172,7 @@ def simulate_loop(
     UsageError, EstimationError
         As in `simulate`.
     """
+    # `logged` are the inputs at the samples of the log.
     clocks, logged = inputs.clocks, inputs.log or inputs
     if clocks is not None and axis.response is not None:
         raise UsageError(
@@ -207,7 +208,9 @@ def settled_loop(
 ) -> tuple[dict[str, Array], int, str]:
     """Simulate a loop at the evaluations of its law, with sufficient steps and range.
 
-    Arguments as in `simulate_loop`.
+    The simulation is repeated with more steps per sample until they resolve the motion, and with a
+    larger allowed distance from the reference if that is exceeded. The arguments are those of
+    `simulate_loop`.
 
     Returns
     -------
@@ -238,6 +241,7 @@ def settled_loop(
         steps_left = budget.left
         budget.left -= samples * settings.substeps
         status, stopped, out = _run(axis, theta, settings, inputs, recorded)
+        # More steps, if the simulated motion needs them.
         if substeps is None and not constant:
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
             needed, sample = substeps_along(axis, theta, visited, period, inputs.signals)
@@ -248,6 +252,7 @@ def settled_loop(
             if needed > settings.substeps:
                 settings = replace(settings, substeps=min(needed, most))
                 continue
+        # A larger range, if the loop is moved by load, noise or test signals only.
         if STATUSES[status] != "out of range":
             break
         wider = widened_distance(axis, theta, inputs)
@@ -270,7 +275,17 @@ def _run(
     inputs: LoopInputs,
     recorded: Array | None,
 ) -> tuple[int, int, dict[str, Array]]:
-    """Run a loop in native code or the virtual machine; return status, its sample, signals."""
+    """Run a loop once, in native code or in the CasADi virtual machine.
+
+    Returns
+    -------
+    int
+        Index in `STATUSES`; 0 for a complete loop.
+    int
+        Sample at which the loop ended early.
+    dict of str to (M,) array
+        Signals by name.
+    """
     reference = np.ascontiguousarray(inputs.reference)
     noise, injected = inputs.noise, inputs.injected
     if noise is not None:
@@ -325,7 +340,7 @@ def simulate_batch(
     wanted: Sequence[str] = SIGNALS[:5],
     threads: int | None = None,
 ) -> BatchSimulation:
-    """Simulate many parameter sets, references or noises in parallel lanes.
+    """Return simulations of many parameter sets, references or noises in parallel lanes.
 
     Parameters
     ----------
@@ -413,14 +428,17 @@ def simulate_lanes(
     wanted: Sequence[str],
     threads: int | None = None,
 ) -> BatchSimulation:
-    """Simulate loops with parameters (B, p), and return signals at the samples of the log.
+    """Return the signals of simulated loops with parameters (B, p), at the samples of the log.
+
+    Lanes run in groups with equal steps per sample. Lanes that cannot run in a group, or fail
+    there, are simulated separately.
 
     Parameters
     ----------
     axis : GeneratedAxis
     parameters : (B, p) array
     inputs : LoopInputs
-        At the law's evaluations.
+        Inputs of all lanes at the law's evaluations.
     substeps : int, optional
         As in `simulate`.
     wanted : sequence of str
@@ -581,7 +599,22 @@ def _run_into(
     substeps: int,
     threads: int | None,
 ) -> NDArray[np.bool_]:
-    """Simulate a group of lanes into the signals of all lanes; return True for complete lanes."""
+    """Return True for complete lanes of a group that is simulated, (g,).
+
+    Parameters
+    ----------
+    out : dict of str to (M, B) array
+        Signals of all lanes, in which those of the group are stored.
+    axis : GeneratedAxis
+    parameters : (B, p) array
+    inputs : LoopInputs
+    group : (g,) array of int
+        Numbers of the lanes.
+    substeps : int
+        Steps per sample.
+    threads : int or None
+        Number of threads; None for that of the processors.
+    """
     code = axis if inputs.gains is None else axis.loop or axis
     library = code.native.library()
     if library is None:
@@ -615,7 +648,7 @@ def _of_lane(signals: Mapping[str, Array], lane: int) -> dict[str, Array]:
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
-    """Return the steps per sample for parameters (p,), to use them for parameters nearby as well.
+    """Return the steps per sample that parameters (p,) need, for use with parameters nearby.
 
     Parameters
     ----------

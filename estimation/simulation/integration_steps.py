@@ -57,7 +57,19 @@ def has_constant_substeps(axis: GeneratedAxis) -> bool:
 def rates_at_start(
     axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded
 ) -> Array:
-    """Return the rates at rest, backward and forward, (B, 2), or with internal states, (B, 1)."""
+    """Return the rates of damping and stiffness at rest, 1/s, backward and forward, (B, 2).
+
+    With internal states of friction there is one rate, (B, 1).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (B, p) array
+    start : (B,) array
+        Positions.
+    recorded : sequence of array
+        Recorded signals, one value or (B,) each.
+    """
     lanes = len(start)
     if axis.states:
         still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
@@ -124,9 +136,10 @@ def substeps_along(
 
 
 def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return rows and velocities that are passed within a sample, each half of the last, (n,).
+    """Return velocities that are passed between two samples, and the samples before, (n,) each.
 
-    So a friction peak about rest is included that lies between samples.
+    They are fractions of the velocities of both samples, each half of the last, down to the smaller
+    one. So a friction peak at low velocity that is passed between samples is included.
     """
     here, there = np.abs(dq[:-1]), np.abs(dq[1:])
     least = np.where(dq[:-1] * dq[1:] > 0, np.minimum(here, there), 0.0)
@@ -154,7 +167,21 @@ def _probed(
     force: Array | None,
     signals: Sequence[Array],
 ) -> Array:
-    """Return ``max(|da/dv|, sqrt(|da/dq|))`` of the acceleration by differences, 1/s, (n,)."""
+    """Return the rate of damping and stiffness at each of n states, 1/s, (n,).
+
+    It is ``max(|da/dv|, sqrt(|da/dq|))`` of the acceleration a, by differences.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    q, dq, s : (n,) array
+        Position, velocity and friction direction.
+    parameters : (p,) or (n, p) array
+    force : (n,) array or None
+        Force of the drive; None for the force that the plant holds.
+    signals : sequence of (n,) array
+        Recorded signals.
+    """
     waves = _wave_numbers(axis, q, parameters, signals)
     way = PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
@@ -224,7 +251,7 @@ def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
 
 @dataclass(slots=True)
 class StepBudget:
-    """Remaining integration steps of the simulations of one search."""
+    """Remaining integration steps of the simulations of one search (`left`)."""
 
     left: int = STEPS_OF_SEARCH
 
@@ -247,6 +274,8 @@ def steps_by_rate(
     axis: GeneratedAxis, rates: Array, period: float, passing: Array | float = 0.0
 ) -> NDArray[np.int64]:
     """Return the steps per sample, powers of 2, for rates in 1/s and passing waves in rad/s.
+
+    A passing wave is the wave number of the force over the position, times the speed.
 
     Powers of 2 put many lanes into few groups. The result exceeds `MOST_SUBSTEPS` if even that
     number would be unstable or would not resolve the waves.
@@ -279,10 +308,11 @@ def loop_settings(inputs: LoopInputs, substeps: int) -> LoopSettings:
 
 
 def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> float:
-    """Return the allowed distance of one loop that is moved by load, noise or test signals.
+    """Return the allowed distance from the reference of a loop that hardly moves by its reference.
 
-    100 times the largest of the noise, the encoder step, and the travel by which the loop yields:
-    the sum of load over loop stiffness and added control over control stiffness.
+    Such a loop is moved by load, noise or test signals. The distance is 100 times the largest of
+    the noise, the encoder step, and the travel by which the loop yields: the sum of load over loop
+    stiffness and added control over control stiffness.
 
     Parameters
     ----------
@@ -312,7 +342,10 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
 
 
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
-    """Return the control at rest on the reference, and slightly behind it when it differs most."""
+    """Return the control at rest on the reference, and that slightly behind it.
+
+    Both are of the evaluation at which they differ most, as a delayed law responds late.
+    """
     size = axis.functions["control_law"].size1_in("state")
     begin = axis.functions["control_start"](position, position, *recorded).full().ravel()
     read = position + np.array([[0.0, _OFF], [0.0, 0.0]])

@@ -149,7 +149,9 @@ def at_log_samples(
     recorded: Sequence[Array],
     substeps: int,
 ) -> dict[str, Array]:
-    """Return the signals of a loop at the samples of the log from those at the law's evaluations.
+    """Return the signals of a loop at the samples of the log, from those at the law's evaluations.
+
+    Between evaluations, the plant is integrated under the held force.
 
     Parameters
     ----------
@@ -249,8 +251,9 @@ class LoopInputs:
     Attributes
     ----------
     reference : (M,) or (M, B) array
+        Reference of all lanes, or of each lane.
     period : float
-        s
+        Time between the samples of the inputs, s.
     start : LoopStart
         One start for all lanes, or a value for each lane.
     noise : (M,) or (M, B) array or None
@@ -316,7 +319,10 @@ class LoopInputs:
         return tuple(values[0] for values in self.signals)
 
     def lanes(self, chosen: Chosen) -> "LoopInputs":
-        """Return the inputs of some lanes, or of one; the start must have a value for each lane."""
+        """Return the inputs of some lanes, or of one, by their indices.
+
+        The start must have a value for each lane.
+        """
         start = self.start
         memory = None if start.memory is None else np.ascontiguousarray(start.memory[chosen])
         return replace(

@@ -48,6 +48,8 @@ def checked_loop(
 ) -> tuple[Array, LoopInputs]:
     """Return checked parameters, (p,) or (B, p), and the inputs at the law's evaluations.
 
+    The arguments are those of `simulate`, or of `simulate_batch` if `many`.
+
     Raises
     ------
     UsageError, ModelError
@@ -270,7 +272,19 @@ def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array
 def too_stiff(
     axis: GeneratedAxis, parameters: Array, at: Place, period: float, samples: int, left: int
 ) -> EstimationError:
-    """Return the error of a parameter set that needs more steps per sample than allowed."""
+    """Return the error of a parameter set that needs more steps per sample than allowed.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    at : Place
+        Position, velocity and recorded signals at which the most steps are needed.
+    period : float
+        Sampling period, s.
+    samples, left : int
+        Samples of the simulation, and remaining steps of the search.
+    """
     most = most_substeps(samples, left)
     alone = most == most_substeps(samples)
     whose = f"the most for {samples} samples"
@@ -285,7 +299,7 @@ def too_stiff(
 
 
 def _why(axis: GeneratedAxis, parameters: Array, at: Place, period: float) -> str:
-    """Return the cause of short steps: a term with the position and velocity, or a general one."""
+    """Return the cause of short steps as a text: a term and its place, or a general cause."""
     term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
     if rate * period > 1:
         q, (position, velocity) = axis.coordinate, at[0]
@@ -304,7 +318,19 @@ def failure(
     period: float,
     at: Place,
 ) -> str:
-    """Return the error message of a loop that ended early, with sample, parameters and remedy."""
+    """Return the error message of a loop that ended early, with sample, parameters and remedy.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    status, sample : int
+        Index in `STATUSES`, and the sample at which the loop ended.
+    period : float
+        Sampling period, s.
+    at : Place
+        Position, velocity and recorded signals at that sample.
+    """
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
     what = f"the simulated closed loop of axis {axis.name!r}"
     if STATUSES[status] == "chatter":
@@ -406,9 +432,11 @@ def checked_rate(
     axis : GeneratedAxis
     parameters : (p,) array
     position : float
+        Position at the start.
     recorded : tuple of float
+        Recorded signals at the start.
     bounded : bool
-        Whether parameters beyond their bounds, and friction that drives the axis, are refused.
+        True if parameters beyond their bounds, and friction that drives the axis, are refused.
 
     Raises
     ------

@@ -160,6 +160,7 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     measured = float(measured_positions(place, off, inputs.resolution))
     recorded = tuple(map(float, inputs.first_signals))
     read = (float(inputs.reference[0]), measured, speed, *recorded)
+    # Control whose force holds the axis, and the memory of the law that gives it.
     force, control = axis.functions["inverse_dynamics"], axis.functions["drive_control"]
     needed = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
     wanted = float(control(needed, place, speed, *recorded))
@@ -180,7 +181,7 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
 
 
 def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
-    """Return the starts of lanes with parameters (B, p); see `loop_start`."""
+    """Return the start of each lane with parameters (B, p), in balance if the law declares that."""
     lanes, start = len(parameters), inputs.start
     memory = start.memory
     if memory is not None:
@@ -201,7 +202,7 @@ def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> L
 def _balance(
     axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float
 ) -> Array:
-    """Return the state, (m,), nearest to the given one with which the law gives a control.
+    """Return the state of a law, (m,), nearest to a given one, with which it gives a control.
 
     Newton's method with minimum-norm steps in the memories that are declared to start in balance;
     the result is as near to the control as the law allows.
@@ -210,9 +211,11 @@ def _balance(
     ----------
     axis : GeneratedAxis
     state : (m,) array
+        Memory of the law.
     signals : tuple of float
         Reference, measured position, velocity, and recorded signals.
     control : float
+        Wanted control, in the drive's unit.
     """
     law = law_of(axis)
     free, count = list(law.balanced), len(law.memory)

@@ -80,7 +80,7 @@ def twin_record(
     signals: Mapping[str, ArrayLike] | None = None,
     sample_period: float | None = None,
 ) -> Record:
-    """Simulate the declared experiment of an axis with its true parameters.
+    """Return the record of a twin: the declared experiment, simulated with true parameters.
 
     Parameters
     ----------
@@ -171,7 +171,9 @@ def twin_plan(
     signals: Mapping[str, ArrayLike] | None = None,
     sample_period: float | None = None,
 ) -> TwinPlan:
-    """Return what all twins of an axis have in common except their noise; see `twin_record`.
+    """Return the inputs that all twins of an axis have in common; they differ in noise only.
+
+    The arguments are those of `twin_record`.
 
     Raises
     ------
@@ -252,7 +254,7 @@ class TwinPlan:
         return {**_truth(self.axis.declared), **identified}
 
     def loop(self, noise: Callable[[int], Array]) -> Simulation:
-        """Simulate the closed loop with position noise.
+        """Return the simulated closed loop with position noise.
 
         Parameters
         ----------
@@ -301,7 +303,16 @@ class TwinPlan:
         velocity: Array | None = None,
         acceleration: Array | None = None,
     ) -> Record:
-        """Return the record of a loop, with measured velocity and acceleration if any."""
+        """Return the record of a simulated loop.
+
+        Parameters
+        ----------
+        loop : Simulation
+        source : str
+            Name of the record.
+        velocity, acceleration : (N,) array, optional
+            Measured velocity and acceleration; not measured by default.
+        """
         names = (s.name for s in self.axis.signals)
         return Record(
             time=self.period * np.arange(len(self.reference), dtype=np.float64),

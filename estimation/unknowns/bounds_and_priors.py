@@ -30,9 +30,11 @@ class Unknowns:
     Attributes
     ----------
     quantities : tuple of Quantity
+        Names and units.
     lower, upper : array
+        Bounds, SI; infinite for none.
     prior, prior_sd : array
-        Mean and standard deviation of the prior; infinite without a prior.
+        Mean and standard deviation of the prior; the latter is infinite without a prior.
     fixed : array
         Fixed values; NaN for free parameters.
     """
@@ -74,12 +76,15 @@ class Unknowns:
         return np.asarray(((at - self.prior) / self.prior_sd)[self.has_prior])
 
     def scale(self, start: Array, size: Array) -> Array:
-        """Return the scale of each parameter for steps, (P,); 1 instead of 0."""
+        """Return the scale of each parameter for steps, (P,).
+
+        It is the largest magnitude of start, least size and prior value; 1 if all are 0.
+        """
         scale = np.max(np.abs([start, size, self.prior]), axis=0)
         return np.where(scale > 0, scale, 1.0)
 
     def drawn_about(self, start: Array, size: Array, random: np.random.Generator) -> Array:
-        """Draw parameters, (P,), about a start.
+        """Return random parameters near a start, (P,).
 
         A parameter with a sign constraint is multiplied by ``exp(0.5 z)`` with z standard normal;
         others, and those that start at 0, are shifted by their size times z, on the allowed side.
@@ -168,7 +173,10 @@ def unknowns_of(
     names = found.names
 
     def places(name: object, what: str) -> list[int]:
-        """Return the indices of the parameters of a name, refused if the action is not possible."""
+        """Return the indices of the parameters that a name stands for.
+
+        An unknown name is refused, and so is an action (`what`: bound, know, fix) on a fixed one.
+        """
         own = local.get(str(name), (str(name),))
         if not {*own} <= {*names}:
             raise UsageError(
@@ -226,11 +234,12 @@ def check_enough(counted: Array, spans: Sequence[Sequence[slice]], unknowns: Unk
         )
 
 
+#: Function of a name and an action (bound, know, fix) that returns indices of parameters.
 _Places = Callable[[object, str], list[int]]
 
 
 def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
-    """Apply declared known values: fixed if exact, otherwise a prior."""
+    """Set declared known values in the unknowns: fixed if exact, otherwise a prior."""
     known = {p.name: p for p in (*form.declared, *form.axis.base.known) if p.known is not None}
     for p in known.values():
         if p.name not in found.names:
@@ -250,7 +259,10 @@ def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
 def _take_bounds(
     found: Unknowns, bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]], places: _Places
 ) -> None:
-    """Apply given bounds within the declared ones."""
+    """Set given bounds in the unknowns, within the declared ones.
+
+    `places` returns the indices of the parameters of a name.
+    """
     for name, given in by_name(bounds, "bounds").items():
         pair = given if isinstance(given, (tuple, list)) else (None,)
         if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
@@ -274,7 +286,7 @@ def _take_bounds(
 def _take_priors(
     found: Unknowns, prior: Mapping[str, tuple[float, float]], places: _Places
 ) -> None:
-    """Apply given priors."""
+    """Set given priors in the unknowns; `places` returns the indices of a name's parameters."""
     for name, given in by_name(prior, "values known before").items():
         own = places(name, "know")
         pair, largest = given if isinstance(given, (tuple, list)) else (), LARGEST_VALUE.value
@@ -291,7 +303,7 @@ def _take_priors(
 
 
 def _take_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
-    """Apply given fixed values."""
+    """Set given fixed values in the unknowns; `places` returns the indices of a name."""
     for name, value in by_name(fixed, "fixed values").items():
         for j in places(name, "fix"):
             low, high, is_number = found.lower[j], found.upper[j], is_real(value)

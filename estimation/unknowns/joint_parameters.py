@@ -38,12 +38,14 @@ from .known_values import KnownValues
 GAIN = "drive_gain"
 
 _SAME = 1e-9  # of a column
-_Product = tuple[tuple[tuple[str, int], ...], int | None]  # powers; the record of a local product
+# A product of declared parameters: their names with powers, and the number of the record if one of
+# them is local to a record; None for a product of all records.
+_Product = tuple[tuple[tuple[str, int], ...], int | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Member(Exact):
-    """Map to one record's base parameters: ``into mu + offset``.
+    """Map from the joint parameters mu to one record's base parameters, ``into mu + offset``.
 
     Attributes
     ----------
@@ -51,7 +53,9 @@ class Member(Exact):
         The axis with the known law gains of the record, and with known values in place of
         parameters that enter nonlinearly.
     into : (b, P) array
+        Derivatives of the b base parameters by the P joint parameters.
     offset : (b,) array
+        Part of the base parameters that is due to known values.
     """
 
     axis: GeneratedAxis
@@ -70,11 +74,12 @@ class JointForm(Exact, InverseForm):
     expressions : tuple of str
         Expression of each parameter in declared ones; empty for a declared parameter itself.
     members : tuple of Member
-        By record.
+        Map to the parameters of each record.
     local : mapping of str to tuple of str
         For every local declared parameter, its names among `parameters` by record, alone or as the
         first term of a sum; empty for a record where it occurs in products only.
     known : KnownValues
+        Known values of each record by name.
     gain : float or None
         The declared drive gain if a known force identifies the gain; None if the declared gain is
         used.
@@ -89,7 +94,10 @@ class JointForm(Exact, InverseForm):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Joint parameters; with the gain they are times kappa, and the last is kappa itself."""
+        """Parameters of the regression: the joint parameters.
+
+        If the drive gain is identified, they are multiplied by kappa, and the last one is kappa.
+        """
         return tuple(
             Quantity(name=p.name, unit=p.unit, expression=said)
             for p, said in zip(self.parameters, self.expressions, strict=True)
@@ -99,16 +107,20 @@ class JointForm(Exact, InverseForm):
 
     @property
     def declared(self) -> tuple[Parameter, ...]:
-        """See `Form.declared`."""
+        """Joint parameters with their bounds."""
         return self.parameters
 
     @property
     def is_linear(self) -> bool:
-        """See `Form.is_linear`; `joint_form_of` refuses nonlinear models."""
+        """True: `joint_form_of` refuses nonlinear models."""
         return True
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
-        """See `Form.physical`."""
+        """Return the joint parameters (P,) for those of the regression, and the Jacobian (P, P).
+
+        If the drive gain is identified, the regression's parameters are divided by kappa, and the
+        last one is replaced by the gain.
+        """
         if self.gain is None:
             return theta, np.eye(len(theta))
         scaled, kappa = np.append(theta[:-1], self.gain), theta[-1]
@@ -117,14 +129,20 @@ class JointForm(Exact, InverseForm):
         return scaled / kappa, jacobian
 
     def regressed(self, physical: Array) -> Array:
-        """See `Form.regressed`."""
+        """Return the regression's parameters (P,) for joint parameters (P,).
+
+        The same, unless the drive gain is identified; then multiplied by kappa, with kappa last.
+        """
         if self.gain is None:
             return physical
         kappa = self.gain / physical[-1]
         return np.append(physical[:-1] * kappa, kappa)
 
     def have_inertia(self, physical: Array) -> BoolArray:
-        """See `Form.have_inertia`; for all records."""
+        """Return True for each set of joint parameters, (B, P), with a positive inertia.
+
+        The inertia has to be positive for every record.
+        """
         found = [
             self.of_record(i).have_inertia(np.array([self.own(each, i) for each in physical]))
             for i in range(len(self.members))
@@ -132,11 +150,11 @@ class JointForm(Exact, InverseForm):
         return np.asarray(np.all(found, axis=0))
 
     def of_record(self, record: int) -> Form:
-        """See `Form.of_record`."""
+        """Return the inverse model of one record, in the parameters of that record's axis."""
         return InverseForm(self.members[record].axis)
 
     def own(self, physical: Array, record: int) -> Array:
-        """See `Form.own`.
+        """Return the parameters of one record's axis, (b,), for joint parameters (P,).
 
         If the drive gain is identified, they are the parameters for the declared gain, with which
         the record's force is computed.
@@ -147,14 +165,18 @@ class JointForm(Exact, InverseForm):
         )
 
     def record_jacobian(self, record: int) -> Array:
-        """See `Form.record_jacobian`."""
+        """Return the derivative of a record's parameters by those of the regression, (b, P)."""
         member = self.members[record]
         if self.gain is None:
             return member.into
         return np.column_stack([member.into, member.offset])
 
     def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:
-        """See `Form.placed`."""
+        """Return a record's intercept (n,) and regressor (n, P) in the regression's parameters.
+
+        The arguments are those in the parameters of the record's axis. If the drive gain is
+        identified, the known force of the record is the column of kappa instead of the intercept.
+        """
         member = self.members[record]
         columns, force = regressor @ member.into, intercept + regressor @ member.offset
         if self.gain is None:
@@ -178,10 +200,11 @@ def joint_form_of(
     records : int
         Number of records.
     known : KnownValues
+        Known values of each record by name.
     local : iterable of str
         Names of parameters that each record has its own value of, see `declared_names`.
     commanded : bool
-        Whether the force of all records is computed from the control, so that the drive gain may be
+        True if the force of all records is computed from the control, so that the drive gain may be
         identified.
 
     Raises
@@ -191,6 +214,7 @@ def joint_form_of(
     ModelError
         A parameter without known values enters nonlinearly.
     """
+    # Base parameters of each record as sums of products of unknown parameters.
     names = declared_names(axis, local)
     _check(axis, records, known, names)
     axes = _axes(axis, records, known)
@@ -198,6 +222,7 @@ def joint_form_of(
     products = [*dict.fromkeys(p for of_one in terms for row in of_one for p in row if p[0])]
     # Local products lead a sum, so that each record has its own parameter.
     products.sort(key=lambda p: (p[1] is None, _place(axis, p)))
+    # Exact matrices from the products to the base parameters, and known parts of these.
     tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
     offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
     every = [row for table in tables for row in table]
@@ -239,7 +264,7 @@ def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]
 
 
 def perturbed_joint_forms(axis: GeneratedAxis, joint: JointForm | None) -> Iterator[JointForm]:
-    """Yield joint forms in which one known value is larger by its standard deviation.
+    """Yield joint forms in which one known value is larger by its standard error.
 
     One form for each uncertain known value; smaller instead of larger if the bound is nearer, as
     the resulting change counts by its square. Nothing without a joint form.
@@ -359,7 +384,11 @@ def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> 
 def _terms(
     axis: GeneratedAxis, record: int, known: KnownValues, local: tuple[str, ...]
 ) -> list[dict[_Product, Fraction]]:
-    """Return each base parameter of a record as a sum of products of unknown parameters."""
+    """Return each base parameter of a record as a sum of products of unknown parameters.
+
+    A sum is a mapping of products to their factors, in which the known values are inserted. A
+    product with a local parameter (of the names `local`) belongs to this record alone.
+    """
     base, values = axis.base, {n: _exact(each[record][0]) for n, each in known.items()}
     names = [p.name for p in base.declared.parameters]
     split = []
@@ -399,7 +428,20 @@ def _common(
     names: Sequence[str],
     records: int,
 ) -> tuple[list[CommonParameter], dict[str, tuple[str, ...]]]:
-    """Return the joint parameters, and the names of local parameters by record."""
+    """Return the joint parameters, and the names of each local parameter by record.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    products : sequence of _Product
+        Products of declared parameters.
+    rows : list of list of Fraction
+        Factors of the products in each base parameter of each record.
+    names : sequence of str
+        Names of the local declared parameters.
+    records : int
+        Number of records.
+    """
     taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
     alone = {p.name: p for p in axis.declared.parameters}
     symbols: list[Parameter | None] = []

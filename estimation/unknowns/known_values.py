@@ -26,6 +26,7 @@ def known_of(told: Mapping[str, Sequence[KnownValue]] | None, records: int) -> K
     Parameters
     ----------
     told : mapping of str to sequence of KnownValue, or None
+        Known values as the user gave them; None for none.
     records : int
         Number of records.
 

@@ -80,22 +80,26 @@ class ExtendedForm(InverseForm):
 
     @property
     def physical_quantities(self) -> tuple[Quantity, ...]:
-        """See `Form.physical_quantities`."""
+        """Parameters of the model, then the nuisance parameters, length P."""
         more = (Quantity(name=p.name, unit="" if p.unit == "1" else p.unit) for p in self.more)
         return (*self.of_model.physical_quantities, *more)
 
     @property
     def declared(self) -> tuple[Parameter, ...]:
-        """See `Form.declared`."""
+        """All parameters with their bounds, length P."""
         return (*self.of_model.declared, *self.more)
 
     @property
     def start(self) -> Array:
-        """See `Form.start`."""
+        """Start values of all parameters, (P,)."""
         return np.append(self.of_model.start, [float(p.nominal or 0.0) for p in self.more])
 
     def own(self, physical: Array, record: int) -> Array:
-        """See `Form.own`; converted to the declared drive gain, see `by_declared_gain`."""
+        """Return the parameters of one record's axis, (b,), for all parameters (P,).
+
+        With a free drive gain they are those that give the same motion with the declared gain, see
+        `by_declared_gain`.
+        """
         count = len(self.of_model.physical_quantities)
         own = self.of_model.own(physical[:count], record)
         if not self.drive_gain:
@@ -220,7 +224,11 @@ def least_sizes(form: Form) -> Array:
 def started_at(
     form: Form, physical: Array, record: int, segment: int, inputs: LoopInputs
 ) -> LoopInputs:
-    """Return the inputs of a stretch with the initial state of parameters (P,) or (B, P)."""
+    """Return the inputs of a stretch with the initial state that parameters (P,) or (B, P) give.
+
+    The stretch is a segment of a record, both by number. Inputs are unchanged if initial states are
+    not free.
+    """
     if not (isinstance(form, ExtendedForm) and form.starts):
         return inputs
     names = form.starts[record, segment]
@@ -248,7 +256,10 @@ def gains_in(form: Form, physical: Array) -> dict[str, Array]:
 
 
 def axis_at(axis: GeneratedAxis, form: Form, physical: Array) -> GeneratedAxis:
-    """Return the axis of a record, its law with the gains of parameters (P,)."""
+    """Return the axis of a record with the law gains that parameters (P,) give.
+
+    The axis is unchanged if gains are not free.
+    """
     gains = gains_in(form, physical)
     if not gains:
         return axis
@@ -263,7 +274,10 @@ def _with_gains(axis: GeneratedAxis, gains: tuple[tuple[str, float], ...]) -> Ge
 
 
 def inputs_at(axis: GeneratedAxis, record: Record, segment: int, inputs: LoopInputs) -> LoopInputs:
-    """Return the inputs of a loop with the memory of an axis's law at the start of a segment."""
+    """Return the inputs of a loop with the memory of the axis's law at the start of a segment.
+
+    The memory depends on the gains of the law. `segment` is the number of the segment.
+    """
     memory = loop_starts(axis, record)[segment].memory
     if memory is None:  # the declared memory of an axis at rest
         first = (float(values[0]) for values in inputs.signals)

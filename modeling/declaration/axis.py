@@ -142,12 +142,12 @@ class Axis:
 
     @property
     def taken_names(self) -> set[str]:
-        """Return the names, in lower case, that no further parameter may have."""
+        """Return the names in use, in lower case, which no further parameter may have."""
         return {name.lower() for name, _ in self._names}
 
     @property
     def _names(self) -> list[tuple[str, str]]:
-        """Return each name in the axis, with a description of its owner."""
+        """Return each name in use on the axis, with a description of its owner for messages."""
         q, law, response = self.coordinate, self.control, self.response
         estimated = () if self.drive.estimated is None else (self.drive.estimated,)
         carried: dict[str, Iterable[str]] = {
@@ -172,14 +172,20 @@ class Axis:
 
     @property
     def unchecked_terms(self) -> tuple[str, ...]:
-        """Return the terms of the equation of motion with a unit that a plain number decides."""
+        """Return the terms of the equation of motion whose unit could not be checked, as text.
+
+        Their unit is right only if a plain number in them stands for a quantity with a unit.
+        """
         return checked_terms(
             self.force, self.coordinate, self.parameters, (*self.signals, *self.states)
         )
 
     @property
     def response(self) -> Response | None:
-        """Return the response of its drive to the law; None if it is immediate or without a law."""
+        """Return the response of the drive to the held commands of a sampled law.
+
+        None without a sampled law, or if the force follows each command at once.
+        """
         law = self.control
         if law is None or law.continuous:
             return None
@@ -188,35 +194,48 @@ class Axis:
 
     @property
     def of_law_samples(self) -> tuple[str, ...]:
-        """Return the properties of its drive that apply only at the samples of the law, by name."""
+        """Return the names of the drive's properties that apply only with a sampled law.
+
+        These are a lag, a delay and the like, and a force that depends on the motion.
+        """
         by_motion = ("force by the motion",) if self.drives_by_motion else ()
         return (*self.drive.of_held_commands, *by_motion)
 
     @property
     def drives_by_motion(self) -> bool:
-        """Return whether the force that its drive makes of a control depends on the motion."""
+        """Return whether the force of the drive at a given control depends on the motion."""
         along = self.drive.along(self.coordinate)
         return not self.drive.force.free_symbols.isdisjoint((*along, *along.values(), DIRECTION))
 
     @property
     def has_stribeck(self) -> bool:
-        """Return whether it declares friction that dies away as the speed rises."""
+        """Return whether the equation of motion has an exponential of the velocity.
+
+        This is Stribeck friction, which decreases as the speed rises.
+        """
         return any(each.has(self.coordinate.velocity) for each in self.force.atoms(sympy.exp))
 
     @property
     def jumps(self) -> bool:
-        """Return whether the drive's force jumps at the samples, as that of a sampled law does."""
+        """Return whether the drive's force jumps at the samples of the law.
+
+        True for a sampled law whose drive has neither a lag nor a delay of a fraction of a sample.
+        """
         sampled = self.control is not None and not self.control.continuous
         return sampled and not (self.response and (self.response.lag or self.response.share))
 
     @property
     def holds_force(self) -> bool:
-        """Return whether the drive's force changes only at the samples, as with a sampled law."""
+        """Return whether the drive's force is constant between the samples of the law.
+
+        False without a sampled law, or if the drive has a lag, a delay of a fraction of a sample,
+        or a force that depends on the motion.
+        """
         sampled = self.control is not None and not self.control.continuous
         return sampled and (self.response is None or self.response.is_held)
 
     def _check_response(self) -> None:
-        """Refuse properties of held commands that the drive declares and the law contradicts."""
+        """Refuse a lag, delay or similar property of the drive that contradicts the control law."""
         law, drive = self.control, self.drive
         declared = drive.of_held_commands
         if law is None or not declared:
@@ -246,6 +265,7 @@ class Axis:
         )
 
     def _check_types(self) -> None:
+        """Refuse attributes of a wrong type, and store parameters and signals as tuples."""
         wanted: dict[str, tuple[type | UnionType, str]] = {
             "coordinate": (Coordinate, "a Coordinate"),
             "force": (sympy.Expr, "an Expr"),
@@ -268,6 +288,10 @@ class Axis:
         )
 
     def _check_symbols(self) -> None:
+        """Refuse an equation of motion that is not finite and real, or whose symbols are wrong.
+
+        Each symbol must be declared, each parameter must occur, and so must the acceleration.
+        """
         q = self.coordinate
         check_size(self.force, f"axis {self.name!r}: the equation of motion")
         profile = self.drive.profile
@@ -284,6 +308,7 @@ class Axis:
                     code="equation",
                 )
         declared = {p.symbol for p in self.parameters}
+        # Collect the symbols that occur, without constants and internal states.
         values = [value for state in self.states for value in state.values]
         used = profile.free_symbols.union(*(v.free_symbols for v in (self.force, *values)))
         used -= {s for v in values for s in v.atoms(ConstantSymbol)}
@@ -348,6 +373,7 @@ class Axis:
 
     @property
     def _used_signals(self) -> dict[str, frozenset[SignalSymbol]]:
+        """Return the recorded signals that occur in the equation of motion, drive and law."""
         drive = self.drive
         return {
             "the equation of motion": signals_in(self.force),
@@ -357,7 +383,10 @@ class Axis:
 
     @property
     def sampled_signals(self) -> frozenset[str]:
-        """Return the names of the signals that law or drive read once a sample of a sampled law."""
+        """Return the names of the recorded signals that the law or the drive reads.
+
+        With a sampled law they are read once a sample.
+        """
         used = self._used_signals
         law_and_drive = used["the control law"] | signals_in(self.drive.force, self.drive.inverse)
         return frozenset(map(str, law_and_drive))
@@ -380,6 +409,7 @@ class Axis:
             )
 
     def _check_columns(self) -> None:
+        """Refuse a title of several lines, a column of unknown role, or a wrong `injected_at`."""
         refuse(
             ModelError,
             (
@@ -406,6 +436,7 @@ class Axis:
         )
 
     def _check_truth(self) -> None:
+        """Refuse true values or signals of an experiment that the axis does not declare."""
         if self.experiment is None:
             return
         names = {
@@ -430,6 +461,7 @@ class Axis:
         )
 
     def _check_units(self) -> None:
+        """Refuse a term, state, profile or `scaled_by` with a wrong unit."""
         try:
             check_states(self.states, self.coordinate, self.parameters)
             checked_terms(
@@ -458,6 +490,10 @@ def check_axis(axis: object) -> None:
 
 
 def equation_of_motion(axis: Axis) -> Formula:
-    """Return the drive's nominal force, the profile that scales it, and the force needed."""
+    """Return the equation of motion: force times profile = force needed.
+
+    The left side is the drive's nominal force times its profile, the right side the inverse
+    dynamics.
+    """
     unit = str(axis.coordinate.force_unit)
     return Formula(name=FORCE * axis.drive.profile, value=axis.force, unit=unit)

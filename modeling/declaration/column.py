@@ -89,6 +89,7 @@ class Column:
         )
 
     def __str__(self) -> str:
+        """Return the column as ``--columns`` takes it: ``name:unit*scale/gear+offset``."""
         name = self.name if isinstance(self.name, str) else f"#{self.name}"
         resolution, gear, offset = (
             str(each).strip() for each in (self.resolution, self.gear, self.offset or "")
@@ -105,5 +106,5 @@ class Column:
 
 
 def column_texts(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the columns by role, each `Column` as a text."""
+    """Return the columns by role, each `Column` as text; texts stay as they are."""
     return {role: str(each) if isinstance(each, Column) else each for role, each in columns.items()}

@@ -11,7 +11,8 @@ from axisid.support.wording import quoted
 
 #: Points at which a recorded control may have been taken, the default first.
 LOGGED = ("command", "applied", "current")
-#: Times of a drive, and the points of `LOGGED` behind each, at which no motion shows it.
+#: Times of a drive, and for each the points of `LOGGED` behind it. A control that was recorded at
+#: one of these points does not show the time.
 HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
 _AMOUNTS = ("quantisation", "deadband")
 _LEAST_STEP = 1e-100  # of which any control is a finite number
@@ -19,7 +20,9 @@ _LEAST_STEP = 1e-100  # of which any control is a finite number
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommandPath:
-    """Path from the commands of a sampled law to the control that acts, in this order, per sample.
+    """Path from the commands of a sampled law to the control that acts, sample by sample.
+
+    The rate limit comes first, then the quantisation, then the dead band.
 
     Attributes
     ----------
@@ -28,8 +31,8 @@ class CommandPath:
     quantisation : float
         Step to a multiple of which the control is rounded, halves up; 0 for none.
     deadband : float
-        Half width: a control that is not larger becomes 0, and a larger one is moved by this width
-        towards 0.
+        Half width, in the control's unit: a control within it becomes 0, and a larger one is moved
+        by this width towards 0.
     """
 
     rate_limit: float = math.inf
@@ -68,7 +71,7 @@ class CommandPath:
 
     @property
     def is_plain(self) -> bool:
-        """Return whether the command acts as it is."""
+        """Return whether the command acts unchanged."""
         return self == CommandPath()
 
     @property
@@ -78,17 +81,17 @@ class CommandPath:
 
     @property
     def is_limited(self) -> bool:
-        """Return whether the path remembers the control that acted at the sample before."""
+        """Return whether the rate is limited, so that the last acting control must be stored."""
         return math.isfinite(self.rate_limit)
 
     def end(self, command: float) -> float:
-        """Return the final value that acts if the command stays constant."""
+        """Return the acting control that a constant command leads to, in the control's unit."""
         if self.quantisation:
             command = math.floor(command / self.quantisation + 0.5) * self.quantisation
         return math.copysign(max(abs(command) - self.deadband, 0.0), command)
 
     def command(self, acting: float) -> float:
-        """Return a command that gives an acting control, ignoring quantisation."""
+        """Return a command that leads to a given acting control, ignoring quantisation."""
         return acting + math.copysign(self.deadband, acting) if acting else 0.0
 
     def text(self, unit: str) -> str:
@@ -105,22 +108,25 @@ class CommandPath:
 def estimated_time(
     given: Mapping[str, object], before: tuple[str, Parameter] | None, logged: object
 ) -> tuple[str, Parameter] | None:
-    """Return the time of a drive to be estimated and its parameter; None for neither.
+    """Return the name of the drive time to be estimated (``lag`` or ``delay``) and its parameter.
+
+    None if neither is to be estimated.
 
     Parameters
     ----------
     given : mapping
         Lag and delay, as numbers or parameters.
     before : (str, Parameter) or None
-        Time that was estimated of the drive that this one is made from; a newly given time takes
-        precedence.
+        Estimated time of the drive from which this drive is made; None without one. A parameter in
+        `given` takes precedence.
     logged : str
+        Point at which the control was recorded, one of `LOGGED`.
 
     Raises
     ------
     ModelError
-        Both are parameters, or one declares a property that the search does not support, or cannot
-        be seen in the recorded signals.
+        Both are parameters, or the parameter has a property that the search does not support, or
+        the recorded signals do not show it.
     """
     found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
     if len(found) > 1:

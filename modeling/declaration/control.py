@@ -198,23 +198,23 @@ class ControlLaw:
 
     @property
     def takes_velocity(self) -> bool:
-        """Return whether it reads the velocity of an ideal sensor."""
+        """Return whether the law reads the velocity of an ideal sensor."""
         values = (self.output, *(memory.following for memory in self.memory))
         return any(value.has(MEASURED_VELOCITY) for value in values)
 
     @property
     def balanced(self) -> tuple[int, ...]:
-        """Return the memories that start in balance."""
+        """Return the indices of the memories that start at the value that balances the load."""
         return tuple(i for i, memory in enumerate(self.memory) if memory.start == BALANCED)
 
     @property
     def delay_line(self) -> tuple[str, ...]:
-        """Return the names of the controls that are not applied yet, the newest first."""
+        """Return the names of the controls that are computed but not applied yet, newest first."""
         return tuple(f"delayed{i + 1}" for i in range(self.delay))
 
     @property
     def is_polynomial(self) -> bool:
-        """Return whether its control is a sum of products of gains and signals without gains."""
+        """Return whether the control is a sum of terms: a product of gains times a signal."""
         gains = {gain(name) for name in self.gains}
         remembered = any(  # what it remembers depends on them: no product of gains scales it
             memory.following.free_symbols & (gains | _OUTPUTS) for memory in self.memory
@@ -223,9 +223,9 @@ class ControlLaw:
 
     @property
     def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
-        """Return the output as a sum of products of gains, each with the signal that it multiplies.
+        """Return the terms of the output: a product of gains, and the signal that it multiplies.
 
-        A law that is not a polynomial in its gains is one term with the factor 1.
+        A law that is not a polynomial in its gains is a single term with the factor 1.
         """
         gains = tuple(gain(name) for name in self.gains)
         factors: dict[sympy.Expr, None] = {}  # in their order
@@ -237,6 +237,7 @@ class ControlLaw:
         return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
 
     def _check(self, value: sympy.Expr, allowed: Set[sympy.Basic], what: str) -> None:
+        """Refuse an expression of the law that contains a symbol outside `allowed`."""
         unknown = sorted(map(str, value.free_symbols - value.atoms(ConstantSymbol) - allowed))
         if unknown:
             raise ModelError(
@@ -264,7 +265,10 @@ def gain(name: str) -> sympy.Symbol:
 
 
 def _signal(output: sympy.Expr, factor: sympy.Expr, gains: tuple[sympy.Symbol, ...]) -> sympy.Expr:
-    """Return the factor of a product of gains, by derivatives, because expanding loses digits."""
+    """Return the signal that a product of gains multiplies in an output.
+
+    It is found by derivatives with respect to the gains, because expanding loses digits.
+    """
     powers = factor.as_powers_dict()
     for symbol in gains:
         power = powers.get(symbol, 0)

@@ -28,12 +28,12 @@ from .control import Memory
 
 
 def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
-    """Return an amount, a number or an expression; a number is 0 or more, or positive.
+    """Return an amount as an expression; a number must be 0 or more, or positive.
 
     Raises
     ------
     ModelError
-        It is no number or expression, or out of range.
+        It is neither a number nor an expression, or out of range.
     """
     found = _finite(value, what)
     if found.is_Number and not (found > 0 if positive else found >= 0):
@@ -43,19 +43,19 @@ def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
 
 
 def in_range(value: float, what: str, *, positive: bool = False) -> float:
-    """Return a number that is in its range."""
+    """Return a number that is 0 or more, or positive, as a float; others are refused."""
     found = number(value, what)
     amount(found, what, positive=positive)
     return found
 
 
 def chosen(value: str, what: str, among: Collection[str]) -> str:
-    """Return one word of a choice.
+    """Return a word that is one of a list.
 
     Raises
     ------
     ModelError
-        The word is not among them.
+        The word is not in the list.
     """
     if not is_among(value, among):
         raise ModelError(f"{what} is {quoted(value)}. Give one of {', '.join(among)}.", code="law")
@@ -63,17 +63,17 @@ def chosen(value: str, what: str, among: Collection[str]) -> str:
 
 
 def added(signal: Amount | None) -> sympy.Expr:
-    """Return the term added to a control: a recorded signal or an expression, otherwise 0."""
+    """Return the feed-forward term that is added to a control; 0 if none is given."""
     return sympy.S.Zero if signal is None else _finite(signal, "the feed-forward of a law")
 
 
 def _finite(value: Amount, what: str) -> sympy.Expr:
-    """Return an expression, unless it contains a number that is not finite.
+    """Return an expression whose numbers are all finite.
 
     Raises
     ------
     ModelError
-        It has some.
+        A number in it is not finite.
     """
     found = expression(value, what)
     if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):

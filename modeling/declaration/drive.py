@@ -45,7 +45,7 @@ _WHOLE = 1e-6  # of a sample: difference of a delay from whole samples that coun
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Response:
-    """Response of a drive to commands that are held from sample to sample.
+    """Response of a drive's force to commands that are held from sample to sample.
 
     Attributes
     ----------
@@ -73,37 +73,45 @@ class Response:
 
     @property
     def is_held(self) -> bool:
-        """Return whether the force stays the same from a sample to the next."""
+        """Return whether the force is constant between samples."""
         return not (self.lag or self.share or self.by_motion)
 
     @property
     def holds_control(self) -> bool:
-        """Return whether a control is held while the force changes with the motion."""
+        """Return whether the control is held while the force changes with the motion."""
         return self.by_motion and not self.lag
 
     @property
     def keeps_force(self) -> bool:
-        """Return whether the force that acts at a sample is among the remembered values."""
+        """Return whether the force that acts now is the last entry of `forces`.
+
+        True with a lag, or if the force depends on the motion.
+        """
         return bool(self.lag) or self.by_motion
 
     @property
     def late(self) -> int:
-        """Return the number of samples from a command to when it acts, without a lag."""
+        """Return the number of samples after which a command acts throughout, ignoring a lag.
+
+        A fraction of a sample counts as a whole one.
+        """
         return self.whole + (self.share > 0)
 
     @property
     def remembered(self) -> tuple[str, ...]:
-        """Return the values that it keeps from sample to sample, by name.
+        """Return the names of the values that the drive stores from one sample to the next.
 
-        These are the control that acted, if its rate is limited, and `forces`.
+        These are the control that acted last, if its rate is limited, and `forces`.
         """
         return (*("control_before",) * math.isfinite(self.steepest), *self.forces)
 
     @property
     def forces(self) -> tuple[str, ...]:
-        """Return the forces of the last commands, newest first, and the force built up by them.
+        """Return the names of the forces in the drive's state from sample to sample.
 
-        If commands are held, these are the commands themselves.
+        First come the forces of the last commands, those that wait or still act, the newest first.
+        If the control is held while the force depends on the motion, these are the commands
+        themselves. The force that acts now comes last, if it is stored (see `keeps_force`).
         """
         count = self.whole + (not self.is_held)
         what = "command" if self.holds_control else "force_of_command"
@@ -276,37 +284,57 @@ class Drive:
 
     @property
     def force_by_gain(self) -> sympy.Expr:
-        """Return the slope of `force` by the logarithm of the gain, by the same symbols."""
+        """Return the derivative of `force` with respect to the logarithm of the gain."""
         return DRIVE_GAIN * self.force.diff(DRIVE_GAIN)
 
     @property
     def is_gain(self) -> bool:
-        """Return whether the force is the gain times the control, and nothing else."""
+        """Return whether the force is exactly the gain times the control."""
         return bool(self.force == DRIVE_GAIN * CONTROL)
 
     @property
     def is_times_gain(self) -> bool:
-        """Return whether the force is the gain times an expression without the gain."""
+        """Return whether the force is proportional to the gain."""
         off = (self.force_by_gain - self.force).replace(sympy.Abs, lambda x: x * sympy.sign(x))
         return bool(multiplied_out(off) == 0)
 
     @property
     def inverse(self) -> sympy.Expr:
-        """Return the control by the force, `FORCE`, and by the constants, ignoring the limit."""
+        """Return the control as a function of the force, `FORCE`, ignoring the limit."""
         return FORCE / (DRIVE_GAIN * with_numbers(self.scaled_by))
 
     @property
     def constants(self) -> Mapping[sympy.Symbol, float]:
-        """Return the value of each symbol in `force` and `inverse` that is not a signal."""
+        """Return the value of each symbol of `force` and `inverse` that is a known constant."""
         return {DRIVE_GAIN: self.gain}
 
     def with_time(self, name: str, value: float) -> "Drive":
-        """Return the drive with a number, s, for its lag or delay, no longer estimated."""
+        """Return the drive with a given lag or delay, s, which is then no longer estimated.
+
+        Parameters
+        ----------
+        name : str
+            ``lag`` or ``delay``.
+        value : float
+        """
         changed: dict[str, Any] = {name: value, "estimated": None}
         return replace(self, **changed)
 
     def estimating(self, name: str) -> "Drive":
-        """Return the drive with its lag or delay to be estimated, from its declared value."""
+        """Return the drive with its lag or delay as a parameter to be estimated.
+
+        The search starts at the declared value.
+
+        Parameters
+        ----------
+        name : str
+            ``lag`` or ``delay``.
+
+        Raises
+        ------
+        ModelError
+            The other time is estimated already.
+        """
         changed: dict[str, Any] = {
             name: Parameter(name, "s", nominal=float(getattr(self, name)), lower=0.0)
         }
@@ -323,21 +351,24 @@ class Drive:
 
     @property
     def of_held_commands(self) -> tuple[str, ...]:
-        """Return its declared properties that apply only to held commands, by name."""
+        """Return the names of declared properties that apply only to held commands.
+
+        These are the lag, the delay, the rate limit, the quantisation and the dead band.
+        """
         estimated = "" if self.estimated is None else self.estimated[0]
         timing = (n for n in ("lag", "delay") if getattr(self, n) or n == estimated)
         return (*timing, *self.path.declared)
 
     @property
     def logs_what_acts(self) -> bool:
-        """Return whether the control is recorded after rate limit, quantisation and dead band."""
+        """Return whether the control was recorded after rate limit, quantisation and dead band."""
         return self.logged != LOGGED[0]
 
     def behind_path(self) -> Self:
-        """Return the drive from the acting control on, or from the point of the log on.
+        """Return the part of the drive behind the recorded control.
 
-        If the control is recorded after the delay, or after the lag, that time is not applied
-        again.
+        Rate limit, quantisation and dead band are left out. A delay or a lag that lies before the
+        point at which the control was recorded is set to 0, so that it is not applied twice.
         """
         lag = 0.0 if self.logged == "current" else self.lag
         delay = 0.0 if self.logs_what_acts else self.delay
@@ -345,7 +376,15 @@ class Drive:
         return replace(self, lag=lag, delay=delay, logged=LOGGED[0], **plain)
 
     def response(self, period: float, *, by_motion: bool = False) -> Response:
-        """Return the response of the force to commands that are held for a period, s."""
+        """Return the response of the force to held commands.
+
+        Parameters
+        ----------
+        period : float
+            Time for which a command is held, s.
+        by_motion : bool
+            Whether the force depends on the motion.
+        """
         samples = self.delay / period
         whole = math.floor(samples + _WHOLE)
         share = samples - whole
@@ -359,20 +398,29 @@ class Drive:
         )
 
     def along(self, coordinate: Coordinate) -> dict[sympy.Symbol, sympy.Symbol]:
-        """Return the symbols on an axis for the position and velocity of its expressions."""
+        """Return the coordinate's symbols for `POSITION` and `VELOCITY` in the drive's formulas."""
         return {POSITION: coordinate.symbol, VELOCITY: coordinate.velocity}
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
-        """Refuse an axis that the drive's figures or formulas do not fit; a gain fits any."""
+        """Refuse an axis that the drive does not fit. A plain gain fits every axis.
+
+        A subclass checks its figures or formulas here.
+        """
 
     @property
     def remark(self) -> str:
-        """Return a note for results on a motor property that the force lacks; empty for none."""
+        """Return a note for results on a motor property that the force omits.
+
+        Empty, unless a subclass has such a property.
+        """
         return ""
 
     @property
     def timing_text(self) -> str:
-        """Return when a command acts, and the point of the log; empty if it acts at once."""
+        """Return text on what happens to a command before it acts, and on the recorded control.
+
+        Empty if a command acts at once and unchanged.
+        """
         if not self.of_held_commands:
             return ""
         path = self.path.text(self.unit)
@@ -391,7 +439,7 @@ class Drive:
         return "; ".join(filter(None, (path, when, where)))
 
     def gain_text(self, coordinate: Coordinate, digits: int = 6) -> str:
-        """Return the gain with its unit: ``35.15 N/V``."""
+        """Return the gain with its unit as text: ``35.15 N/V``."""
         over = self.unit if self.unit.isalpha() else f"({self.unit})"
         return f"{self.gain:.{digits}g} {coordinate.force_unit}/{over}"
 

@@ -328,7 +328,11 @@ def end_stop(
 
 
 def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr:
-    """Return an amount; a number is in the axis's force unit `over` the coordinate's."""
+    """Return the amount of an element as an expression; 0 if it is the number 0.
+
+    A plain number is in the axis's force unit followed by `over`, such as ``/({}/s)``, where ``{}``
+    stands for the coordinate's unit.
+    """
     check_coordinate(coordinate)
     return _unless_zero(value, f"{coordinate.force_unit}{over.format(coordinate.unit)}", _AMOUNT)
 
@@ -340,7 +344,20 @@ def _part(
     over: str = "",
     least: Literal["positive", "0 or more", ""] = "",
 ) -> StatePart:
-    """Return an amount by which a state is declared, in the force unit `over` the coordinate's."""
+    """Return an amount that declares a state, with the unit and range that are checked later.
+
+    Parameters
+    ----------
+    what : str
+        Description of the amount, for messages.
+    value : sympy.Expr
+    coordinate : Coordinate
+    over : str
+        Rest of the unit after the force unit, such as ``/({}/s)``, where ``{}`` stands for the
+        coordinate's unit.
+    least : {"positive", "0 or more", ""}
+        Permitted range; empty for any number.
+    """
     unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
     return StatePart(what=what, value=value, unit=unit, least=least)
 
@@ -352,7 +369,22 @@ def _bristle(
     name: str,
     parts: tuple[StatePart, ...],
 ) -> tuple[sympy.Expr, sympy.Expr]:
-    """Return a bristle's state, ``dz = dq - s0 |dq| z / level``, and its rate."""
+    """Return a bristle's deflection z, an internal state, and its rate.
+
+    The rate is ``dz = dq - s0 |dq| z / level``.
+
+    Parameters
+    ----------
+    stiffness : sympy.Expr
+        s0.
+    level : sympy.Expr
+        Friction force during steady sliding.
+    coordinate : Coordinate
+    name : str
+        Name of the state; empty for a name from that of the stiffness.
+    parts : tuple of StatePart
+        Amounts by which the state is declared, for checks.
+    """
     dq = coordinate.velocity
 
     def rate(z: sympy.Symbol) -> sympy.Expr:
@@ -363,17 +395,18 @@ def _bristle(
 
 
 def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
+    """Return the displacement of the coordinate from a rest position."""
     return coordinate.symbol - _unless_zero(rest, coordinate.unit, "the rest position")
 
 
 def _state_name(stiffness: sympy.Expr) -> str:
-    """Return the name of the state of a bristle or a slider, from the name of its stiffness."""
+    """Return the default name of a state: ``z_`` and the name of its stiffness, otherwise ``z``."""
     called = str(stiffness)
     return f"z_{called}" if stiffness.is_Symbol and called.isidentifier() else "z"
 
 
 def _unless_zero(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """Return the amount of an element, whose term vanishes if it is the number 0."""
+    """Return an amount with its unit; the number 0 stays 0 so that its term vanishes."""
     zero = isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
     return sympy.S.Zero if zero else with_unit(value, unit, what)
 

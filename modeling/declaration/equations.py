@@ -168,12 +168,12 @@ def lagrange(
 
 
 def _check_free(value: sympy.Expr, what: str, symbols: Iterable[sympy.Symbol], rest: str) -> None:
-    """Refuse an energy, or a dissipation function, that depends on given symbols of the motion.
+    """Refuse an energy or a dissipation function that contains one of the given symbols.
 
     Raises
     ------
     ModelError
-        It depends on one.
+        It contains one.
     """
     if beside := " and ".join(str(s) for s in symbols if s in value.free_symbols):
         raise ModelError(f"the {what} {value} depends on {beside}. It may depend on {rest}")
@@ -182,12 +182,15 @@ def _check_free(value: sympy.Expr, what: str, symbols: Iterable[sympy.Symbol], r
 def _momentum(
     energy: sympy.Expr, coordinate: Coordinate, parameters: Sequence[Parameter]
 ) -> sympy.Expr:
-    """Return the momentum of a kinetic energy, which is half an inertia times the squared velocity.
+    """Return the momentum, the derivative of a kinetic energy with respect to the velocity.
+
+    The energy must be half an inertia times the squared velocity.
 
     Raises
     ------
     ModelError
-        It depends on the acceleration, or otherwise on the velocity, or is negative.
+        The energy contains a recorded signal or the acceleration, depends on the velocity in
+        another way, or is negative.
     """
     q = coordinate
     if recorded := signals_in(energy):
@@ -221,8 +224,9 @@ def _check_inertia(
 ) -> None:
     """Refuse an inertia that is negative at every point at which it is checked.
 
-    The nominal values are used, if there are any; otherwise positive values, as far as the bounds
-    permit.
+    The parameters have their known or nominal values. If one of these is 0, positive values of
+    several sizes within the bounds are used instead. An inertia with recorded signals is not
+    checked.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""The experiment of an axis's twin: the commanded motion and the measured signals.
+"""The experiment of an axis's synthetic twin: the commanded motion and the measured signals.
 
 A twin is a simulated record of the declared axis with known parameters. It shows how an estimator
-behaves when the truth is known.
+behaves when the true values are known.
 """
 
 import math
@@ -57,7 +57,10 @@ class Move:
 
     @property
     def duration(self) -> float:
-        """Return the duration with the dwell, s; a short move never reaches its speed."""
+        """Return the duration of the move and its dwell, s.
+
+        A short move does not reach its speed.
+        """
         distance = abs(self.distance)
         speed = min(self.speed, math.sqrt(distance * self.acceleration))
         return self.dwell + (distance / speed + speed / self.acceleration if speed else 0.0)

@@ -55,7 +55,21 @@ def figure(
     finite: bool = True,
     signed: bool = False,
 ) -> float:
-    """Return the number of a figure; a negative gear ratio means that the motor turns in reverse.
+    """Return a data-sheet figure as a number.
+
+    A gear ratio may be negative, which means that the motor turns in the opposite direction.
+
+    Parameters
+    ----------
+    value : Figure
+    what : str
+        Name of the figure, for messages.
+    *units : str
+        Permitted units of a constant.
+    positive, finite : bool
+        Whether the number must be above 0, and finite.
+    signed : bool
+        Whether the number may be negative.
 
     Raises
     ------
@@ -80,10 +94,19 @@ def figure(
 def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
     """Refuse an argument that a drive does not have, or that follows from its figures.
 
+    Parameters
+    ----------
+    made_by : str
+        Name of the function that makes the drive.
+    others : mapping
+        Arguments to be passed on to `Drive`.
+    *made : str
+        Arguments of `Drive` that the function computes itself.
+
     Raises
     ------
     ModelError
-        There is one.
+        There is such an argument.
     """
     own = ("gain", "unit", "estimated", *made)
     known = [f.name for f in fields(Drive) if f.name not in own]
@@ -96,13 +119,15 @@ def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
 
 
 def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Figure) -> None:
-    """Refuse figures of a motor that apply the gear twice, or not at all; plain numbers pass.
+    """Refuse units of motor figures with which the gear would count twice, or not at all.
+
+    Plain numbers pass.
 
     Raises
     ------
     ModelError
-        The figures already refer to the coordinate and a ratio is given, or they do not and no
-        ratio is given.
+        The figures refer to the coordinate although a ratio is given, or they refer to the motor
+        although no ratio is given.
     """
     is_geared, of_ratio, wanted = _number(ratio) != 1, own_unit(ratio), f"rad/{coordinate.unit}"
     wrong = of_ratio is not None and not of_ratio.same_dimension(parse_unit(wanted))
@@ -132,6 +157,7 @@ def own_unit(value: Figure | None) -> Unit | None:
 
 
 def _number(value: Figure) -> float:
+    """Return the value of a figure that is a number or a constant."""
     return value.value if isinstance(value, (Constant, ConstantSymbol)) else value
 
 
@@ -171,8 +197,8 @@ class MotorDrive(Drive):
     ----------
     back_emf : float
         Control per velocity that compensates the back-EMF, in the control's unit over the
-        velocity's; 0 for a motor whose current is controlled, or whose back-EMF is in the equation
-        of motion.
+        velocity's; it is 0 for a motor whose current is controlled, or whose back-EMF is in the
+        equation of motion.
     reach : expression
         The largest force of the motor forwards, before the gear's loss, from the velocity, as
         `VELOCITY` or the coordinate's; backwards it is as large at the opposite velocity. Infinite
@@ -235,7 +261,7 @@ class MotorDrive(Drive):
 
     @property
     def force(self) -> sympy.Expr:
-        """Force by control, velocity and friction direction."""
+        """Force as a function of the control, the velocity and the friction direction."""
         scaled = CONTROL * with_numbers(self.scaled_by)
         driving = scaled - _BACK_EMF * VELOCITY if self.back_emf else scaled
         force = DRIVE_GAIN * driving
@@ -251,7 +277,7 @@ class MotorDrive(Drive):
 
     @property
     def inverse(self) -> sympy.Expr:
-        """Return the control by the force, ignoring the limits."""
+        """Return the control as a function of the force, ignoring the limits."""
         driving = FORCE
         if self.efficiency != 1:
             mean, half = self._shares
@@ -268,7 +294,11 @@ class MotorDrive(Drive):
 
     @property
     def _shares(self) -> tuple[sympy.Expr, sympy.Expr]:
-        """Return the mean of the gear's two factors (driven, driving), and half the difference."""
+        """Return the mean, and half the difference, of the gear's two force factors.
+
+        The factors are the reciprocal of the efficiency if the load drives the motor, and the
+        efficiency if the motor drives the load.
+        """
         driving, back = self.efficiency, 1 / self.efficiency
         return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
 
@@ -294,7 +324,7 @@ class MotorDrive(Drive):
         return said
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
-        """Refuse figures that do not fit the axis, and a reach that is not a force."""
+        """Refuse figures whose units do not fit the axis, and a reach that is not a force."""
         check_gear(coordinate, *self.figures)
         if self.reach != sympy.oo:
             units = unit_table(coordinate, signals)
@@ -316,14 +346,14 @@ class MotorDrive(Drive):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormulaDrive(Drive):
-    """A drive by its formulas; made by `formula_drive`.
+    """A drive declared by formulas; made by `formula_drive`.
 
     Attributes
     ----------
     made : expression
-        The force, by `CONTROL`, the motion, recorded signals and `DRIVE_GAIN`.
+        The force as a function of `CONTROL`, the motion, recorded signals and `DRIVE_GAIN`.
     undone : expression
-        The control, by `FORCE` and the same symbols.
+        The inverse: the control as a function of `FORCE` and the same symbols.
     """
 
     made: sympy.Expr
@@ -331,12 +361,12 @@ class FormulaDrive(Drive):
 
     @property
     def force(self) -> sympy.Expr:
-        """Force by the control and the motion."""
+        """Force as a function of the control and the motion."""
         return with_numbers(self.made)
 
     @property
     def inverse(self) -> sympy.Expr:
-        """Return the control by the force and the motion."""
+        """Return the control as a function of the force and the motion."""
         return with_numbers(self.undone)
 
     @property
@@ -346,7 +376,7 @@ class FormulaDrive(Drive):
         return {DRIVE_GAIN: self.gain} if DRIVE_GAIN in used else {}
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
-        """Refuse formulas in other units than the axis's force and the control's."""
+        """Refuse formulas whose units are not those of the force and of the control."""
         force, control = coordinate.force_unit, parse_unit(self.unit)
         units = unit_table(coordinate, signals)
         units |= {general: units[own] for general, own in self.along(coordinate).items()}
@@ -366,7 +396,7 @@ def formula_drive(
     gain: float = 1.0,
     **others: Any,
 ) -> Drive:
-    """A drive by its force as an expression, and by the control that makes a force.
+    """Return a drive declared by its force, and by the control that produces a force.
 
     Parameters
     ----------
@@ -378,7 +408,7 @@ def formula_drive(
         derived from a force that is linear in the control. The two are compared by numbers when the
         axis is derived.
     unit : str
-        Of the control.
+        Unit of the control.
     gain : float
         Value of `DRIVE_GAIN`.
     **others
@@ -401,12 +431,12 @@ def formula_drive(
 
 
 def _solved(force: sympy.Expr) -> sympy.Expr:
-    """Return the inverse of a force that is linear in the control.
+    """Return the control as a function of a force that is linear in the control.
 
     Raises
     ------
     ModelError
-        It is none.
+        The force is not linear in the control.
     """
     slope = force.diff(CONTROL)
     if slope == 0 or slope.has(CONTROL):
@@ -430,7 +460,7 @@ def voltage_drive(
     unit: str = "V",
     **others: Any,
 ) -> Drive:
-    """A motor on a voltage or a PWM: ``tau = kt n (volts u - ke n dq) / R``, n the gear ratio.
+    """Return a motor on a voltage or a PWM: ``tau = kt n (volts u - ke n dq) / R``.
 
     Parameters
     ----------
@@ -519,12 +549,12 @@ def current_drive(
     unit: str = "A",
     **others: Any,
 ) -> Drive:
-    """A motor on a controlled current: ``tau = kt n u`` as far as its supply reaches.
+    """Return a motor on a controlled current: ``tau = kt n u`` as far as its supply reaches.
 
     Parameters
     ----------
     kt, ratio, efficiency
-        As of `voltage_drive`.
+        As in `voltage_drive`.
     supply : float or Constant
         Largest voltage at the winding, V: forwards the force is at most ``kt n (supply - ke n dq) /
         R``, backwards as much at the opposite velocity. Infinite for none.

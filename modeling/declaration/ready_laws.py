@@ -60,6 +60,19 @@ def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
 
 
 def _cascade(how: str, said: str, *, kp: float, kv: float, period: float) -> ControlLaw:
+    """Return a position loop over a velocity loop, both proportional.
+
+    Parameters
+    ----------
+    how : str
+        Formation of the velocity, as in `formed_velocity`.
+    said : str
+        Description of the velocity, for the law's name.
+    kp, kv : float
+        Gains, 1/s and control over velocity.
+    period : float
+        Sampling period, s.
+    """
     formed, _ = formed_velocity(how)
     return ControlLaw(
         name=f"cascade PD, {said}",
@@ -77,7 +90,10 @@ CASCADES: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
 
 
 def velocity_variants(law: ControlLaw) -> dict[str, ControlLaw]:
-    """Return the cascade with other velocities, by name of the law; empty for other laws."""
+    """Return the cascade with each other formation of the velocity, by name of the law.
+
+    Empty for a law that is not such a cascade.
+    """
     if set(law.gains) != {"kp", "kv"} or law.continuous or law.delay:
         return {}
     made = {name: of(**law.gains, period=law.period) for name, of in CASCADES.items()}

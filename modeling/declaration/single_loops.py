@@ -148,9 +148,18 @@ def pid_ideal(
 def _derivative(
     of: str, filter_time: float, name: str, value: float
 ) -> tuple[Block, dict[str, float]]:
-    """Return the derivative of the error or the position behind its filter, and its gains, by name.
+    """Return the filtered derivative that a PID uses, and its gains by name.
 
-    There is no derivative if its gain is 0.
+    The derivative is 0, with no gains, if its gain is 0.
+
+    Parameters
+    ----------
+    of : str
+        ``error`` or ``position``, whose derivative has the opposite sign.
+    filter_time : float
+        Time constant of the filter, s; 0 for none.
+    name, value : str, float
+        Name and value of the derivative's gain.
     """
     chosen(of, "derivative_of", ("error", "position"))
     in_range(filter_time, "the filter time of a derivative")
@@ -163,6 +172,7 @@ def _derivative(
 
 
 def _name(integral: float, derivative: float) -> str:
+    """Return ``P``, ``PI``, ``PD`` or ``PID``, according to the gains that are not 0."""
     return f"P{'I' if integral else ''}{'D' if derivative else ''}"
 
 

@@ -88,18 +88,22 @@ def check_unit(
     *,
     of_numbers: bool = False,
 ) -> list[Unit]:
-    """Refuse an expression in another unit; return the unit that its plain numbers must carry.
+    """Return the units that plain numbers must stand for so that an expression has its unit.
+
+    The list is empty if the unit is right with dimensionless numbers. An expression whose unit is
+    wrong in any case is refused.
 
     Parameters
     ----------
     value : expression
     wanted : Unit
+        Unit that the expression must have.
     units : mapping of sympy.Symbol to Unit
         Units of its symbols.
     what : str
         Description of the expression, for messages.
     rest : str
-        End of the message, with ``wanted``, the unit, and ``inside``, the units of its symbols.
+        End of the message, with ``{wanted}``, the unit, and ``{inside}``, the units of its symbols.
     of_numbers : bool
         Whether it contains no parameters and constants; see `UnitReader`.
 
@@ -126,7 +130,7 @@ def check_unit(
 def unit_table(
     coordinate: Coordinate, others: Iterable[Parameter | Signal | State]
 ) -> dict[sympy.Symbol, Unit]:
-    """Return the units of all symbols of an equation of motion."""
+    """Return the unit of each symbol of an equation of motion, by symbol."""
     motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration)
     table = {
         symbol: parse_unit(coordinate.unit + over)

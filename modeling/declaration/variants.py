@@ -63,7 +63,9 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
 
 
 def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
-    """Read fixed values from texts such as ``m=2.0`` and ``m=2.0+-0.02``.
+    """Return fixed values and their standard deviations by name, from texts like ``m=2.0+-0.02``.
+
+    Without ``+-`` the standard deviation is 0.
 
     Raises
     ------
@@ -86,7 +88,7 @@ def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
 
 
 def known_text(value: float | None, sd: float) -> str:
-    """Return a known value as text: ``2 +- 0.02``."""
+    """Return a known value with its standard deviation as text, ``2 +- 0.02``; ``2`` if exact."""
     return f"{value:g} +- {sd:g}" if sd else f"{value:g}"
 
 
@@ -121,6 +123,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
         for p in axis.parameters
         if p.name in names or p.name in values
     }
+    # Replace the parameters by their values, and find the parameters that still occur.
     numbers = {s: sympy.Float(v) if v else sympy.S.Zero for s, v in held.items()}
     force, profile = replaced_in(axis.force, numbers), axis.drive.profile.xreplace(numbers)
     inside = (value.free_symbols for state in states_in(force) for value in state.values)
@@ -157,14 +160,20 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
 
 
 def left_out_text(axis: Axis) -> str:
-    """Return a text on the values of left-out parameters; empty for none."""
+    """Return left-out parameters with their values and units as text; empty without any."""
     return ", ".join(
         f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in axis.left_out
     )
 
 
 def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
-    """Refuse an object that is not an axis, and names that are not declared parameters."""
+    """Refuse an object that is not an axis, and names that are not parameters of the axis.
+
+    Parameters
+    ----------
+    what : str
+        What is to be done to the parameters, for the message: ``fix``, ``leave out``.
+    """
     check_axis(axis)
     declared = [p.name for p in axis.parameters]
     for name in names:
@@ -177,6 +186,16 @@ def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
 
 
 def _held(axis: Axis, parameter: Parameter) -> float:
+    """Return the value, SI, at which a left-out parameter is held.
+
+    It is the known value, if there is one; otherwise 0 for a parameter that enters linearly, and
+    the nominal value for one that enters nonlinearly or in the equation of an internal state.
+
+    Raises
+    ------
+    UsageError
+        The parameter enters nonlinearly and has neither a known nor a nominal value.
+    """
     if parameter.known is not None:
         return parameter.known
     expressions = (axis.force, axis.drive.profile)

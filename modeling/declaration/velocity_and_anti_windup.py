@@ -38,7 +38,7 @@ from .control_blocks import (
 def formed_velocity(
     how: str = "difference", filter_time: float = 0.0, bandwidth: float = 0.0
 ) -> tuple[Block, dict[str, float]]:
-    """Return the block that forms the measured velocity, and its numbers, by name.
+    """Return the block that forms the measured velocity, and its gains by name.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def formed_velocity(
 
 
 def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
-    """Return a block behind a low-pass whose time constant is a named gain; itself if it is 0.
+    """Return a block followed by a low-pass; the block itself if the time constant is 0.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
     filter_time : float
         The time constant, s.
     name, memory : str
-        Names of its gain, and of the memory of the low-pass.
+        Name of the gain of the law that holds the time constant, and name of the low-pass's memory.
     """
     if not filter_time:
         return block
@@ -92,14 +92,22 @@ _FORMED: Mapping[str, Callable[[], Block]] = {
 
 
 def commanded(rate: str, recorded: Amount | None) -> Block:
-    """Return the reference's rate: a recorded signal, otherwise its difference."""
+    """Return the velocity or the acceleration of the reference as a block.
+
+    Parameters
+    ----------
+    rate : str
+        ``velocity`` or ``acceleration``.
+    recorded : Amount or None
+        A recorded signal for it; None for differences of the reference.
+    """
     if recorded is None:
         return reference_velocity() if rate == "velocity" else reference_acceleration()
     return Block(expression(recorded, f"the reference's {rate}"))
 
 
 def joined(*parts: tuple[Memory, ...]) -> tuple[Memory, ...]:
-    """Return the memories of several blocks, shared ones once."""
+    """Return the memories of several blocks, each name once."""
     return tuple({memory.name: memory for part in parts for memory in part}.values())
 
 
@@ -191,16 +199,18 @@ def ready_law(
     anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
-    """Return a ready law, with the memory of the integral that its output contains, if any.
+    """Return a control law; if its output contains an integral, with the integral's memory.
 
     Parameters
     ----------
-    name, period, output, gains, memory
-        Those of the law, except for the integral's.
+    name, period, output, gains
+        As in `ControlLaw`.
+    memory
+        The law's memories except the integral's.
     error : expression
         The integrand.
     time : expression
-        The law's own integral time.
+        The law's integral time, used for back-calculation by default.
     anti_windup : str
         One of `ANTI_WINDUP`.
     tracking_time : float, optional

@@ -1,12 +1,14 @@
 """Base parameters: the smallest set of parameter combinations in which the force is linear.
 
-Physical parameters enter as products (``m l``, ``m l**2``) and sums (``J + m l**2``); a record
-shows only these. The base parameters are derived, the axis is declared again in them, and the map
-is kept.
+Physical parameters enter the force as products (``m l``, ``m l**2``) and sums (``J + m l**2``), and
+a record determines only these combinations. This module derives the combinations, the *base
+parameters*, declares the axis again with them as its parameters, and keeps the map from the
+declared parameters to them.
 
-``force = sum of mu_j(parameters) f_j(motion)``. The rows of ``f_j`` at independent motions have a
-reduced row echelon form R, and ``R mu`` is the smallest set of combinations that the force depends
-on.
+``force = sum of mu_j(parameters) f_j(motion)``, with a monomial mu_j of the parameters and a
+function f_j of the motion. A matrix that has one column for each f_j and one row for each of many
+independent motions has a reduced row echelon form R. ``R mu`` is the smallest set of combinations
+on which the force depends.
 """
 
 import math
@@ -43,23 +45,26 @@ from .null_space import NullSpaceVector, null_space
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """The combinations of monomials of the parameters that a force depends on.
+    """The combinations of monomials of the parameters on which a force depends.
+
+    Each combination is a row of weights, with one weight for each monomial.
 
     Attributes
     ----------
     monomials : tuple of tuple of int
-        Distinct, with exponents by parameter, those of the lowest degree first.
+        Distinct monomials, each as its exponents by parameter; those of the lowest degree first.
     rows : tuple of list of Fraction
-        In reduced row echelon form, one column for each monomial.
+        Weights of each combination, in reduced row echelon form, one column for each monomial.
     pivots : tuple of int
-        The monomial that each row begins with.
+        For each row, the column of its leading 1, an index into `monomials`.
     nonlinear : frozenset of sympy.Symbol
-        Parameters that enter other than by whole powers; they count as motion, and each has its own
-        row and column.
+        Parameters that enter other than by whole powers. They are treated like quantities of the
+        motion, and each has its own row and column.
     undecided : tuple of tuple of tuple of int
-        Groups of monomials between which no difference was found, but no proof that there is none.
+        Groups of monomials whose functions of the motion agreed at all evaluated points, although
+        it is not proved that they are equal.
     rounded : bool
-        Whether some of them are equal except for decimals that the user rounded.
+        Whether some functions are equal only if decimals that the user rounded are ignored.
     """
 
     monomials: tuple[Exponents, ...]
@@ -78,7 +83,11 @@ def force_terms(
     *,
     merged: bool = True,
 ) -> Terms:
-    """Split a force into functions of the motion and monomials of the parameters.
+    """Return the combinations of monomials of the parameters on which a force depends.
+
+    The force is expanded into monomials of the parameters, each times a function of the motion. The
+    functions are reduced to independent ones. Each parameter that is not in a whole power then gets
+    a monomial, a row and a column of its own, and columns that are zero in every row are removed.
 
     Parameters
     ----------
@@ -89,13 +98,15 @@ def force_terms(
     differing : sequence of mapping of sympy.Symbol to number
         Points at which functions that appeared equal are known to differ.
     merged : bool
-        Whether functions that are sums of others are left out; else all stay, undecided.
+        Whether a function that is a linear combination of others is removed. Otherwise all
+        functions are kept, and such a combination is listed in `Terms.undecided`.
 
     Raises
     ------
     ModelError
-        It has too many products of parameters, or a part that is not a real number.
+        The force has too many products of parameters, or a part that is not a real number.
     """
+    # Every part without symbols must be a finite real number.
     nodes = force.atoms(AtomicExpr, sympy.Pow, sympy.Function)
     for node in (n for n in nodes if not (n.is_Rational or n.free_symbols)):
         try:
@@ -104,10 +115,12 @@ def force_terms(
             raise NotRealError(f"{node} has no finite real value.") from error
     nonlinear = Coefficients(force, parameters).nonlinear
     terms = Coefficients(force, parameters, nonlinear).terms
+    # The functions of the motion by their monomial, without the known part of the force.
     weights = {e: terms[e] for e in sorted(terms, key=_order) if any(e)}
     functions = list(weights.values())
     reduced = reduced_functions(functions, velocity, differing=differing)
     found, pivots, doubts, rounded = reduced if merged else unmerged(reduced, len(functions))
+    # Append one monomial, and one row with a single 1, for each nonlinear parameter.
     own = [j for j, p in enumerate(parameters) if p in nonlinear]
     monomials = [*weights, *(tuple(int(i == j) for i in range(len(parameters))) for j in own)]
     units = [
@@ -115,6 +128,7 @@ def force_terms(
         for j in range(len(weights), len(monomials))
     ]
     rows = [*([*row, *[Fraction(0)] * len(own)] for row in found), *units]
+    # Keep the monomials that occur in some row, those of the lowest degree first.
     order = [
         j
         for j in sorted(range(len(monomials)), key=lambda j: _order(monomials[j]))
@@ -131,6 +145,7 @@ def force_terms(
 
 
 def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:
+    """Return the sorting key of a monomial: its degree, then its parameters in their order."""
     return sum(exponents), tuple(-e for e in exponents)
 
 
@@ -152,9 +167,9 @@ class BaseModel:
     expressions : tuple of sympy.Expr
         Length b; each base parameter as a function of the declared ones.
     exponents : tuple of tuple of int
-        (k, p).
+        (k, p); exponents of the declared parameters in each monomial.
     weights : tuple of tuple of float
-        (b, k).
+        (b, k); weight of each monomial in each base parameter.
     unidentifiable : tuple of dict
         Null space of the map's Jacobian at a generic point: changes of the declared parameters
         that no motion shows.
@@ -180,7 +195,7 @@ class BaseModel:
 
     @property
     def changed(self) -> bool:
-        """Return whether the base parameters are others than the declared ones."""
+        """Return whether the base parameters differ from the declared parameters."""
         return self.axis is not self.declared
 
     @property
@@ -190,12 +205,15 @@ class BaseModel:
 
     @property
     def combined(self) -> tuple[tuple[Parameter, sympy.Expr], ...]:
-        """Return the base parameters that are not declared ones, with their expressions."""
+        """Return the base parameters that are not declared ones, each with its expression.
+
+        The expression is a function of the declared parameters.
+        """
         pairs = zip(self.axis.parameters, self.expressions, strict=True)
         return tuple((p, value) for p, value in pairs if p.symbol != value)
 
     def at(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Return the base parameters (b,) for declared ones (p,)."""
+        """Return the base parameters (b,), SI, for declared ones (p,)."""
         sizes = [
             math.prod(v**e for v, e in zip(values, powers, strict=True) if e)
             for powers in self.exponents
@@ -213,20 +231,25 @@ def base_model(
     *,
     merged: bool = True,
 ) -> BaseModel:
-    """Derive the base parameters of an axis, and the axis in them.
+    """Derive the base parameters of an axis, and the axis declared in them.
 
-    Parameters that enter other than by sums of products of whole powers count as motion: they
-    remain unchanged.
+    A parameter that enters other than by sums of products of whole powers is treated like a
+    quantity of the motion, and remains unchanged. The function finds the independent combinations
+    of parameters, refuses parameters without effect, sorts the combinations by the declared
+    parameter that leads each of them, and rewrites the axis unless the combinations are the
+    declared parameters themselves.
 
     Parameters
     ----------
     axis : Axis
     balance : sympy.Expr, optional
-        Its force by the friction direction, if it is derived already.
+        The force of the axis with the friction direction in place of ``sign(dq)``, if it is
+        derived already.
     differing : sequence of mapping of sympy.Symbol to number
-        Points at which the force in base parameters was found to differ.
+        Points at which the force in base parameters was found to differ from the declared force.
     merged : bool
-        Whether parameters are merged; otherwise all products of them are kept.
+        Whether parameters with linearly dependent functions of the motion are merged; otherwise all
+        products of parameters are kept.
 
     Raises
     ------
@@ -245,6 +268,7 @@ def base_model(
     cancelled = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in found.monomials)]
     if cancelled:
         raise ModelError(f"{', '.join(cancelled)} has no effect: its terms cancel. Remove it.")
+    # The monomial that leads each combination decides the order of the base parameters.
     leads = [found.monomials[pivot] for pivot in found.pivots]
     places = sorted(range(len(leads)), key=lambda i: _first(leads[i]))
     table = [found.rows[i] for i in places]
@@ -282,13 +306,17 @@ def declared_as_base(axis: Axis) -> BaseModel:
 
 
 def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
-    """Return the order of a base parameter: that of the declared one that it begins with."""
+    """Return the sorting key of a base parameter that a monomial with these exponents leads.
+
+    It is the place of the first declared parameter in the monomial, then the degree.
+    """
     return next(j for j, e in enumerate(exponents) if e), sum(exponents), exponents
 
 
 def _expression(
     row: Row, monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]
 ) -> sympy.Expr:
+    """Return the sum of weighted products of parameters that a row of weights describes."""
     return sympy.Add(
         *(
             sympy.Rational(weight.numerator, weight.denominator) * _product(e, symbols)
@@ -299,13 +327,27 @@ def _expression(
 
 
 def _product(exponents: Exponents, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
+    """Return the product of powers of the parameters."""
     return sympy.Mul(*(p**power for p, power in zip(symbols, exponents, strict=True) if power))
 
 
 def _reduced(
     base: BaseModel, leads: Sequence[Exponents], nonlinear: AbstractSet[sympy.Symbol]
 ) -> Axis:
-    """Return the axis declared in base parameters; `leads` are their monomials with weight 1."""
+    """Return the axis declared in base parameters.
+
+    The declared force is split into monomials of the parameters. The coefficient of the monomial
+    that leads a base parameter becomes the coefficient of that base parameter.
+
+    Parameters
+    ----------
+    base : BaseModel
+        The base parameters, with the declared axis.
+    leads : sequence of tuple of int
+        For each base parameter, its leading monomial, which has the weight 1.
+    nonlinear : set of sympy.Symbol
+        Parameters that enter nonlinearly; they stay in the coefficients.
+    """
     axis = base.declared
     declared = {p.symbol: p for p in axis.parameters}
     taken = axis.taken_names
@@ -323,7 +365,7 @@ def _reduced(
 
 
 def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]:
-    """Return the true values of an experiment's twin in base parameters."""
+    """Return the true values of the axis's synthetic twin by base parameter, SI."""
     experiment, declared = base.declared.experiment, base.declared.parameters
     truth = experiment.truth if experiment else {}
     values = base.at([truth.get(p.name, p.nominal) for p in declared])
@@ -331,7 +373,11 @@ def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]
 
 
 def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Parameter:
-    """Return a base parameter that is none of the declared ones."""
+    """Return a new parameter for the base parameter number `i`, which is not a declared one.
+
+    Its unit is that of its leading monomial `lead`. Its nominal value and bounds follow from those
+    of the declared parameters. The name is added to `taken`, the names in use in lower case.
+    """
     declared = base.declared.parameters
     start = [p.nominal if p.known is None else p.known for p in declared]
     lower, upper = _bounds(base, i)
@@ -346,7 +392,10 @@ def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Para
 
 
 def _bounds(base: BaseModel, i: int) -> tuple[float, float]:
-    """Return the bounds of a sum of products of non-negative parameters; otherwise none."""
+    """Return the lower and upper bound of base parameter number `i`; infinite if unknown.
+
+    Bounds are known only if the parameters in it are at least 0 and all its weights are positive.
+    """
     inside = base.expressions[i].free_symbols
     low, high = (
         [getattr(p, side) if p.symbol in inside else 0.0 for p in base.declared.parameters]
@@ -358,7 +407,10 @@ def _bounds(base: BaseModel, i: int) -> tuple[float, float]:
 
 
 def _name(base: BaseModel, i: int) -> str:
-    """Return ``m_l2`` for ``m l**2``, ``J_plus_m_l2`` for ``J + m l**2``; weights are omitted."""
+    """Return a name for base parameter number `i`, of 31 characters at most.
+
+    ``m_l2`` stands for ``m l**2`` and ``J_plus_m_l2`` for ``J + m l**2``; weights are omitted.
+    """
     names = [p.name for p in base.declared.parameters]
     text = ""
     for weight, powers in zip(base.weights[i], base.exponents, strict=True):

@@ -22,13 +22,13 @@ _MOST_DIRECTIONS = 4
 
 
 def undetermined_names(base: BaseModel) -> tuple[str, ...]:
-    """Return the declared parameters that neither a record nor known values determine."""
+    """Return the names of declared parameters that record and known values do not determine."""
     open_ = {s for direction in base.undetermined for s in direction}
     return tuple(p.name for p in base.declared.parameters if p.symbol in open_)
 
 
 def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
-    """Describe parameters that no motion can distinguish; one sentence for each group."""
+    """Return one sentence for each group of parameters that no motion can distinguish."""
     return tuple(
         f"{_listed(names)} cannot be distinguished, because a record shows only "
         f"{_seen(base, names)}: no motion shows a change of {_directions(directions)}"
@@ -37,7 +37,10 @@ def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
 
 
 def describe_undecided(base: BaseModel) -> tuple[str, ...]:
-    """Say which parameters may have the same effect; one sentence for each group."""
+    """Return one sentence for each group of parameters that may have the same effect.
+
+    For these parameters neither a difference was found nor a proof that there is none.
+    """
     found = []
     for group in base.undecided:
         *others, last = map(str, group)
@@ -56,7 +59,10 @@ def describe_undecided(base: BaseModel) -> tuple[str, ...]:
 
 
 def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
-    """Describe the knowledge that makes the rest identifiable; one sentence for each group."""
+    """Return one sentence for each group of parameters that a record does not determine.
+
+    The sentence states which of the group must be known so that the record determines the rest.
+    """
     return tuple(
         f"{_listed(names)} cannot be distinguished, because a record shows only "
         f"{_seen(base, names)}: the rest follows if {_missing(base, names, directions)} known"
@@ -65,7 +71,11 @@ def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
 
 
 def describe_determined(base: BaseModel) -> str:
-    """Describe the declared parameters that follow from the record; empty if all are direct."""
+    """Return a clause that lists the declared parameters that a record determines.
+
+    It names the values that must be known for this. It is empty if a record, with the known values,
+    determines no declared parameter.
+    """
     lost = undetermined_names(base)
     found = [p.name for p in base.declared.parameters if p.name not in lost]
     if not found:
@@ -79,7 +89,10 @@ def describe_determined(base: BaseModel) -> str:
 def _groups(
     base: BaseModel, directions: Sequence[NullSpaceVector]
 ) -> list[tuple[list[str], list[NullSpaceVector]]]:
-    """Return the directions in groups that share parameters, with the names of these in order."""
+    """Return the unidentifiable directions in groups that have a parameter in common.
+
+    Each group comes with the names of its parameters, in their declared order.
+    """
     places = range(len(directions))
     sharing = [(i, j) for i, j in combinations(places, 2) if {*directions[i]} & {*directions[j]}]
     groups = [[directions[i] for i in sorted(g)] for g in connected_components((places, sharing))]
@@ -88,7 +101,7 @@ def _groups(
 
 
 def _seen(base: BaseModel, names: Iterable[str]) -> str:
-    """Return the base parameters that contain any of the names."""
+    """Return the base parameters that contain any of the named parameters, as text."""
     wanted = set(names)
     return _listed(
         [
@@ -100,6 +113,7 @@ def _seen(base: BaseModel, names: Iterable[str]) -> str:
 
 
 def _directions(directions: Sequence[NullSpaceVector]) -> str:
+    """Return unidentifiable directions as text, at most four of them, and the count of the rest."""
     said = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
     more = len(directions) - len(said)
     listed = " or ".join([*said, f"{more} more"] if more else said)
@@ -108,7 +122,12 @@ def _directions(directions: Sequence[NullSpaceVector]) -> str:
 
 
 def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]) -> str:
-    """Return how many of a group must be known, and which ones if only some of them help."""
+    """Return a clause on which parameters of a group must be known to identify the rest.
+
+    For one unidentifiable direction, any one parameter of the group is enough: "one of m, l is".
+    For several directions, as many parameters must be known as there are directions, and the clause
+    gives an example: "2 of them, such as m and l, are".
+    """
     if len(directions) == 1:
         return f"one of {', '.join(names)} is"
     enough = _enough(base, names, directions)
@@ -118,10 +137,12 @@ def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpa
 def _enough(
     base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]
 ) -> tuple[int, ...]:
-    """Return independent columns of a group's directions, the first ones if there is a choice.
+    """Return places of parameters of a group that identify the rest if they are known.
 
-    The choice is the same at almost every point, and reducing fractions of polynomials could take
-    very long: numbers are used for the parameters.
+    They are the pivot columns of the matrix of unidentifiable directions (one row for each
+    direction, one column for each name). Numbers are used in place of the parameters, because
+    reducing fractions of polynomials could take very long; almost every point gives the same
+    pivots.
     """
     columns = [sympy.Symbol(name, real=True) for name in names]
     found: list[tuple[int, ...]] = []
@@ -132,12 +153,13 @@ def _enough(
 
 
 def _listed(names: Sequence[str]) -> str:
+    """Return names as ``a, b and c``."""
     *others, last = names
     return f"{', '.join(others)} and {last}" if others else last
 
 
 def describe_loss(direction: NullSpaceVector) -> str:
-    """Describe the change that no motion shows, and the combinations that a record shows.
+    """Return a clause on a change that no motion shows and the combinations that a record shows.
 
     If the weights depend on the values of the parameters, only the parameters are named.
     """
@@ -160,11 +182,15 @@ def describe_loss(direction: NullSpaceVector) -> str:
 
 
 def describe_direction(direction: NullSpaceVector) -> str:
-    """Describe the parameters that trade off: ``m +1, J -0.25``; or ``m +m, l -l``."""
+    """Return the parameters that can change together unnoticed: ``m +1, J -0.25``, ``m +m, l -l``.
+
+    The number or expression after each parameter is its weight in the change.
+    """
     return ", ".join(f"{p} {_signed(weight)}" for p, weight in direction.items())
 
 
 def _signed(weight: sympy.Expr) -> str:
+    """Return a weight as text with its sign: ``+1``, ``-0.25``, ``+m``, ``-l``, ``+(a + b)``."""
     if weight.is_number:
         return f"{float(weight):+.4g}"
     text = str(rounded(weight))
@@ -173,7 +199,16 @@ def _signed(weight: sympy.Expr) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """A title over formulas and sentences; the note explains the formulas."""
+    """A titled block of formulas and sentences.
+
+    Attributes
+    ----------
+    title : str
+    lines : tuple of Formula or str
+        Formulas, and sentences as text.
+    note : str
+        Explanation of the formulas; empty for none.
+    """
 
     title: str
     lines: tuple[Formula | str, ...]
@@ -181,7 +216,12 @@ class Section:
 
 
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:
-    """Return the sections of an axis: base parameters, both models, map, identifiability."""
+    """Return the sections that describe an axis's models, in the order of display.
+
+    Without internal states these are the base parameters if they differ from the declared ones, the
+    inverse model and its regressor, the direct model with its regressor and parameter map, terms
+    whose unit is not checked, and identifiability. With internal states there are no regressors.
+    """
     inverse = Section(
         title="Inverse dynamic model",
         lines=(Formula(name=FORCE, value=model.force),),
@@ -240,6 +280,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
 
 
 def _of_state(state: StateEquation) -> Iterator[Formula | str]:
+    """Return the formulas of an internal state: rate, and limit and start if it has them."""
     yield Formula(name=sympy.Symbol(f"d{state.symbol}", real=True), value=state.rate)
     if state.limit is not None:
         yield Formula(name=sympy.Symbol(f"{state.symbol}_limit", real=True), value=state.limit)
@@ -249,7 +290,7 @@ def _of_state(state: StateEquation) -> Iterator[Formula | str]:
 
 
 def _conventions(force: sympy.Expr) -> str:
-    """Return the meaning of names in a force that no declaration explains."""
+    """Return the meaning of ``direction`` and ``Heaviside`` if they occur in a force."""
     notes = (
         (
             DIRECTION in force.free_symbols,
@@ -264,6 +305,7 @@ def _conventions(force: sympy.Expr) -> str:
 
 
 def _direct_sections(ddm: Regressor, mapping: ParameterMap) -> list[Section]:
+    """Return the sections of the direct regressor and of the parameter map."""
     rows = zip(mapping.symbols, mapping.forward, mapping.units, ddm.columns, strict=True)
     lines = [
         Formula(name=symbol, value=value, unit=str(unit), column=column)

@@ -33,22 +33,24 @@ from .inverse import Regressor
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterMap:
-    """``theta_ddm`` from the physical parameters, and back.
+    """The map between the physical parameters and those of the direct model, ``theta_ddm``.
+
+    Dimensions: p physical parameters, m direct-model parameters.
 
     Attributes
     ----------
     parameters : tuple of sympy.Symbol
-        Physical, length p.
+        Physical parameters, length p.
     symbols : tuple of sympy.Symbol
-        ``theta1 ... thetam``, the direct model's.
+        ``theta1 ... thetam``, the parameters of the direct model.
     forward : sympy.Matrix, (m, 1)
-        ``theta_ddm`` as functions of the parameters.
+        ``theta_ddm`` as functions of the physical parameters.
     forward_jacobian : sympy.Matrix, (m, p)
     inverse : sympy.Matrix, (p, 1)
-        The parameters as functions of ``theta_ddm``.
+        The physical parameters as functions of ``theta_ddm``.
     inverse_jacobian : sympy.Matrix, (p, m)
     units : tuple of Unit
-        Units of ``theta_ddm``.
+        Units of ``theta_ddm``, length m.
     """
 
     parameters: tuple[sympy.Symbol, ...]
@@ -62,6 +64,9 @@ class ParameterMap:
 
 def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
     """Return the coefficient of the acceleration in the inverse dynamics.
+
+    It is written without position, velocity and friction direction where it does not depend on
+    them.
 
     Raises
     ------
@@ -83,14 +88,15 @@ def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
 
 
 def direct_dynamics(balance: sympy.Expr, profile: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
-    """Return the acceleration from the force: ``(profile tau - rest) / inertia``.
+    """Return the acceleration as a function of the force: ``(profile tau - rest) / inertia``.
 
     Parameters
     ----------
     balance : sympy.Expr
-        The force needed, equal to ``profile tau``, by the friction direction.
+        The force that the motion needs, equal to ``profile tau``, with the friction direction in
+        place of ``sign(dq)``.
     profile : sympy.Expr
-        The drive's.
+        Force of the drive over its nominal value, by position.
     coordinate : Coordinate
     """
     rest = balance.xreplace({coordinate.acceleration: sympy.S.Zero})
@@ -103,21 +109,27 @@ def direct_model(
     inertia: sympy.Expr,
     coordinate: Coordinate,
 ) -> tuple[Regressor, ParameterMap] | Missing:
-    """Derive the direct model's regressor and parameter map, or the reason why there is none.
+    """Return the direct model's regressor and parameter map; Missing, with the reason, without one.
 
-    ``ddq = columns . theta_ddm + intercept``, for constant inertia; the first column multiplies
-    ``1/I``, the others the quotients ``p/I`` of all parameters except the pivot. For a known
-    inertia ``theta_ddm`` are the parameters themselves.
+    ``ddq = columns . theta_ddm + intercept``, for constant inertia ``I``. The first column
+    multiplies ``1/I``. The other columns multiply the quotients ``p/I`` of all parameters except
+    one parameter of the inertia, the *pivot*, which follows from the others. If the inertia
+    contains no parameter, ``theta_ddm`` are the physical parameters themselves.
 
     Parameters
     ----------
     idm : Regressor
         Regressor of the inverse model.
     units : mapping of sympy.Symbol to Unit
-        Units of the physical parameters, in the axis's order; they are distinguishable.
+        Units of the physical parameters, in the axis's order; the parameters are distinguishable.
     inertia : sympy.Expr
         ``I``.
     coordinate : Coordinate
+
+    Returns
+    -------
+    (Regressor, ParameterMap) or Missing
+        Missing if a parameter enters nonlinearly, or the inertia depends on the motion.
 
     References
     ----------
@@ -144,6 +156,7 @@ def direct_model(
         forward, inverse = sympy.Matrix(parameters), sympy.ImmutableMatrix(symbols)
         map_units = tuple(units.values())
     else:
+        # Eliminate the pivot: preferably a parameter of the inertia with no other effect.
         rest = dict(zip(parameters, columns, strict=True))
         pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
         share = rest[pivot] / scales[pivot]
@@ -176,7 +189,10 @@ def direct_model(
 def _shares(
     inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
 ) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
-    """Return the part of an affine inertia without parameters, and the factor of each parameter."""
+    """Return the constant part of an inertia that is affine in the parameters, and its slopes.
+
+    The slopes are by parameter, only those that are not 0.
+    """
     unknown = frozenset(parameters)
     slopes = {p: without(inertia.diff(p), unknown) for p in parameters}
     found = {p: slope for p, slope in slopes.items() if slope is not None and slope != 0}

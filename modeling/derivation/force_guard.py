@@ -20,18 +20,19 @@ _MOST_POINTS = 40  # at which a difference of the forces is reported
 
 
 def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> None:
-    """Compare the declared force with the force in base parameters.
+    """Refuse base parameters whose force differs from the declared force at some point.
 
     Parameters
     ----------
     base : BaseModel
     declared, reduced : sympy.Expr
-        Both forces, by the friction direction.
+        The force in declared and in base parameters, with the friction direction in place of
+        ``sign(dq)``.
 
     Raises
     ------
     ModelError
-        They differ.
+        The forces differ.
     """
     for given in differing_points(base, declared, reduced):
         place = ", ".join(f"{s} = {float(x):.6g}" for s, x in given.items())
@@ -45,7 +46,12 @@ def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> N
 def differing_points(
     base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr
 ) -> list[Mapping[sympy.Symbol, Any]]:
-    """Return the points at which the forces are not equal, as numbers by symbol."""
+    """Return points at which the declared force and the force in base parameters differ.
+
+    At each point numbers are drawn for motion and declared parameters, the base parameters are
+    computed from them, and both forces are compared. At most 40 points are returned, as numbers by
+    symbol.
+    """
     velocity = base.declared.coordinate.velocity
     forces = (declared, reduced)
     points = Points(*forces, velocity=velocity)

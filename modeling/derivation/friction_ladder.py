@@ -1,8 +1,9 @@
-"""A friction ladder: one axis under friction laws of increasing complexity.
+"""A friction ladder: one axis with friction laws of increasing complexity.
 
-The declared friction, forces of the velocity alone and a constant force, is replaced by the terms
-of each rung; inertia, gravity, springs and all terms that depend on the position or on a recorded
-signal stay.
+The declared friction consists of the forces that depend on the velocity alone, and of a constant
+force. Each rung of the ladder is the axis with this friction replaced by the terms of one friction
+law. The inertia, gravity, springs and all terms that depend on the position or on a recorded signal
+stay.
 """
 
 import math
@@ -36,22 +37,24 @@ def friction_ladder(
 ) -> dict[str, Axis]:
     """Return the axis under each friction law, by the law's name, from the simplest to the richest.
 
-    ``viscous``; with ``Coulomb``; with ``offset``; ``directional``, where viscous and Coulomb
-    friction differ by direction. Each contains those before it. If the declared axis is equal to a
-    rung, in these parameters or others, that rung is the axis itself; otherwise the axis comes
-    last, as ``declared``.
+    The laws are ``viscous``; ``Coulomb``, which adds Coulomb friction; ``offset``, which adds a
+    constant force; and ``directional``, where viscous and Coulomb friction differ by direction.
+    Each law contains those before it. If the declared friction has the same forces as a law, with
+    these parameters or others, the declared axis itself is that rung. Otherwise the declared axis
+    comes last, as ``declared``.
 
     Parameters
     ----------
     axis : Axis
-        Its own friction parameters keep their names and known values; if a parameter is split by
-        direction, its value becomes the nominal value of both, but is not known. A level that is
-        split loses its bounds too: each of the two contains the constant force.
+        Its friction parameters keep their names and known values. If a parameter is split by
+        direction, both new parameters get its nominal value, but no known value. A Coulomb level
+        that is split loses its bounds too, because each of the two levels contains the constant
+        force.
     quadratic : bool
         A further rung adds ``Fq dq |dq|`` to the directional law.
     stribeck : float, optional
         A further rung adds ``Fs exp(-(dq/v)^2) sign(dq)`` to the directional law; this is v, in the
-        coordinate's unit per second. Negative Fs is a dip, positive Fs the Stribeck peak.
+        coordinate's unit per second. A positive Fs is the Stribeck peak, a negative one a dip.
 
     Raises
     ------
@@ -79,10 +82,11 @@ def friction_ladder(
 
 
 def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
-    """Return the parameters of forces that depend on the velocity alone.
+    """Return the parameters of forces that depend on the velocity alone, or on nothing.
 
-    A parameter that also occurs in a term that stays (a mass in a constant weight) is not one of
-    them.
+    A parameter that also occurs in a term that stays (a mass in a constant weight) is excluded. To
+    find the parameters, those whose slope of the force contains the position, the acceleration, a
+    recorded signal or an excluded parameter are excluded until no further one is.
     """
     q = axis.coordinate
     slopes = {p.symbol: axis.force.diff(p.symbol) for p in axis.parameters}
@@ -95,7 +99,7 @@ def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
 
 
 def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
-    """Return a term without the given parameters."""
+    """Return the part of a term of the force that contains none of the given parameters."""
     linear = {p for p in term.free_symbols & parameters if vanishes(term.diff(p, 2))}
     rest = where(term, linear)
     if rest is None or rest.free_symbols & parameters:
@@ -114,7 +118,23 @@ def _laws(
     quadratic: bool,
     stribeck: float | None,
 ) -> dict[str, list[_Term]]:
-    """Return the terms that each rung adds to the terms that stay."""
+    """Return the friction terms of each rung by the name of its law.
+
+    Each term is a parameter and its factor. A parameter that the axis already declares for the same
+    factor is used again; otherwise a new one is declared.
+
+    Parameters
+    ----------
+    axis : Axis
+    kept : list of sympy.Expr
+        Terms of the force that stay on every rung.
+    friction : list of sympy.Expr
+        Terms of the declared friction.
+    quadratic : bool
+        Whether there is a rung with quadratic friction.
+    stribeck : float or None
+        Stribeck velocity of a further rung; None for no such rung.
+    """
     q = axis.coordinate
     taken = axis.taken_names | {str(s).lower() for term in kept for s in term.free_symbols}
     speed, sign = q.velocity, sympy.sign(q.velocity)
@@ -122,7 +142,7 @@ def _laws(
     ahead, back = (1 + sign) / 2, (1 - sign) / 2
 
     def term(name: str, unit: str, factor: sympy.Expr) -> _Term:
-        """Return a term with the axis's own parameter, or with a new, unused one."""
+        """Return a factor with the axis's parameter for it, or with a new parameter."""
         own = _declared(axis, friction, factor)
         return own or Parameter(fresh_name(name, taken), unit), factor
 
@@ -163,7 +183,19 @@ def _laws(
 
 
 def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
-    """Return whether the axis's friction gives the forces that a law gives, and no others."""
+    """Return whether the declared friction can produce exactly the forces that a law can produce.
+
+    Both are written in one set of functions of the motion. They produce the same forces if the two
+    sets of rows have the same rank, separately and together.
+
+    Parameters
+    ----------
+    axis : Axis
+    friction : list of sympy.Expr
+        Terms of the declared friction.
+    law : list of (Parameter, sympy.Expr)
+        Parameters of the law with their factors.
+    """
     used = {s for term in friction for s in term.free_symbols}
     symbols = [p.symbol for p in axis.parameters if p.symbol in used]
     amounts = sympy.symbols(f"law:{len(law)}", real=True, cls=sympy.Dummy)
@@ -181,12 +213,16 @@ def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
 
 
 def _terms(axis: Axis, force: sympy.Expr, symbols: Sequence[sympy.Symbol]) -> Terms:
-    """Return a force as functions of the motion, equal for every form in which it is written."""
+    """Return a force as combinations of the symbols that multiply its functions of the motion.
+
+    The result does not depend on the form in which the force is written.
+    """
     velocity = axis.coordinate.velocity
     return force_terms(with_direction(with_numbers(force), velocity), velocity, symbols)
 
 
 def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> Axis:
+    """Return the axis with the kept terms of its force and the friction terms of a law."""
     used = {s for term in kept for s in term.free_symbols}
     stay = [p for p in axis.parameters if p.symbol in used]
     return replace(
@@ -200,7 +236,10 @@ def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> A
 
 
 def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Parameter | None:
-    """Return the parameter that the axis itself gives a term, if the parameter is in no other."""
+    """Return the declared parameter whose friction force is the parameter times a factor.
+
+    None if no parameter has exactly this force.
+    """
     symbols = {p.symbol for p in axis.parameters}
     for p in axis.parameters:
         own = [term - _rest(term, {p.symbol}) for term in friction if p.symbol in term.free_symbols]

@@ -31,7 +31,9 @@ from .inverse import directed
 def forces_at_rest(
     axis: Axis, parameters: Sequence[float], position: float, recorded: Sequence[float]
 ) -> tuple[tuple[str, float], ...]:
-    """Return the terms of the equation of motion, each with its force at rest; NaN without a value.
+    """Return each term of the equation of motion, as text, with its force at rest, N or N m.
+
+    The internal states have their start values. A force without a finite real value is NaN.
 
     Parameters
     ----------
@@ -40,7 +42,7 @@ def forces_at_rest(
         Length p, finite.
     position : float
     recorded : sequence of float
-        The recorded signals, in the axis's order.
+        Values of the recorded signals, in the axis's order.
     """
     point = motion_point(axis, parameters, (position, 0.0), recorded)
     return tuple(
@@ -52,7 +54,18 @@ def forces_at_rest(
 def motion_point(
     axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
 ) -> dict[sympy.Symbol, float]:
-    """Return numbers for the symbols of a force without acceleration."""
+    """Return the numbers of the symbols of an axis at zero acceleration, by symbol.
+
+    Parameters
+    ----------
+    axis : Axis
+    parameters : sequence of float
+        Length p.
+    motion : (float, float)
+        Position and velocity.
+    recorded : sequence of float
+        Values of the recorded signals, in the axis's order.
+    """
     q = axis.coordinate
     symbols = (*(p.symbol for p in axis.parameters), *axis.signal_symbols)
     named = dict(zip(symbols, (*parameters, *recorded), strict=True))
@@ -61,17 +74,18 @@ def motion_point(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StateEquation:
-    """Equation of a state in one friction direction.
+    """Differential equation of an internal state, with the friction direction for ``sign(dq)``.
 
     Attributes
     ----------
     symbol : sympy.Symbol
     rate : sympy.Expr
-        Its rate of change, except at its limit.
+        Rate of change of the state while it is within its limit.
     limit : sympy.Expr or None
-        Value at which it stays while the velocity drives it further.
+        Largest absolute value, at which the state stays while the velocity drives it further; None
+        without a limit.
     start : sympy.Expr
-        Its start, as a function of the parameters.
+        Value at the start, as a function of the parameters.
     """
 
     symbol: sympy.Symbol
@@ -81,7 +95,7 @@ class StateEquation:
 
 
 def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
-    """Return the equations of an axis's states, by name.
+    """Return the equations of an axis's internal states, in the order of their names.
 
     Raises
     ------
@@ -110,9 +124,10 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
 
 
 def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]], float]], ...]:
-    """Return the declared amounts of states that have a range, as functions of parameters (p,).
+    """Return the amounts that declare states and have a permitted range.
 
-    A value that is not a real number is NaN.
+    Each comes with a function that returns its value from parameters (p,), NaN if this is not a
+    real number.
     """
     if not axis.states:  # evaluated at each simulation, and symbols are slow to make
         return ()
@@ -128,7 +143,10 @@ def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]
 
 
 def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Return an expression in one friction direction, where ``Abs(dq)`` is smooth too."""
+    """Return an expression with ``sign(dq)`` and ``Abs(dq)`` written by the friction direction.
+
+    ``Abs(a dq)`` becomes ``|a| direction dq``, which is smooth in one direction.
+    """
 
     def along(node: sympy.Expr) -> sympy.Expr:
         factor, power = node.args[0].as_independent(velocity, as_Add=False)
@@ -142,6 +160,14 @@ def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
 
 
 def _equation(axis: Axis, state: State) -> StateEquation:
+    """Return the equation of one state, checked.
+
+    Raises
+    ------
+    ModelError
+        The state changes at rest, depends on a symbol that is not allowed, or has a limit although
+        its rate is not the velocity.
+    """
     q = axis.coordinate
     rate, *others = (with_own_symbols(with_numbers(value)) for value in state.values)
     parameters = {p.symbol for p in axis.parameters}
@@ -171,6 +197,7 @@ def _equation(axis: Axis, state: State) -> StateEquation:
 
 
 def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sympy.Symbol]) -> None:
+    """Refuse an expression of a state that contains a symbol outside `allowed`."""
     if unknown := sorted(map(str, value.free_symbols - allowed)):
         raise ModelError(
             f"axis {axis.name!r}: the state {state.name} is declared by {value}, which contains "

@@ -73,7 +73,10 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
 
 
 def directed(node: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Return a step or a choice by the friction direction, if it alone decides."""
+    """Return a sign, a step or a Piecewise rewritten by the friction direction.
+
+    It is returned unchanged unless the sign of the velocity alone decides its branch.
+    """
     if isinstance(node, sympy.Piecewise):
         return _directed_choice(node, velocity)
     factor = _factor(node.args[0], velocity)
@@ -84,6 +87,11 @@ def directed(node: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
 
 
 def _directed_choice(node: sympy.Piecewise, velocity: sympy.Symbol) -> sympy.Expr:
+    """Return a Piecewise rewritten by the friction direction.
+
+    It is returned unchanged if no condition depends on the direction, or if its value is continuous
+    at rest.
+    """
     conditions = [_sides(condition, velocity) for _, condition in node.args]
     if not any(conditions):
         return node
@@ -105,7 +113,10 @@ def _directed_choice(node: sympy.Piecewise, velocity: sympy.Symbol) -> sympy.Exp
 def _sides(
     condition: sympy.Basic, velocity: sympy.Symbol
 ) -> tuple[sympy.Basic, sympy.Basic] | None:
-    """Return a condition in either direction; None if the direction decides no relation in it."""
+    """Return a condition for positive and for negative velocity.
+
+    None if it does not depend on the direction of the motion.
+    """
     found: dict[int, dict[sympy.Basic, sympy.Basic]] = {1: {}, -1: {}}
     for relation in condition.atoms(Relational):
         for side, replaced in found.items():
@@ -120,7 +131,7 @@ def _sides(
 
 
 def _factor(argument: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
-    """Return the factor of an odd power of the velocity; None for another argument."""
+    """Return ``c`` if the argument is ``c`` times an odd power of the velocity, otherwise None."""
     factor, power = argument.as_independent(velocity, as_Add=False)
     base, exponent = power.as_base_exp()
     odd = base == velocity and exponent.is_Integer and exponent % 2
@@ -128,7 +139,10 @@ def _factor(argument: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
 
 
 def _affine(ahead: sympy.Expr, back: sympy.Expr) -> sympy.Expr:
-    """Combine the values of two directions exactly: the other value is times 0."""
+    """Return an expression affine in the friction direction with given values at +1 and -1.
+
+    Both values are exact, because the value of the opposite direction is multiplied by 0.
+    """
     if ahead == back:
         return ahead
     if ahead == -back:
@@ -146,7 +160,8 @@ class Regressor:
     Attributes
     ----------
     columns : tuple of sympy.Expr
-        One per parameter, the derivative of the force; free of parameters if the axis is linear.
+        One per parameter: the derivative of the force with respect to it. They contain no parameter
+        if the axis is linear.
     intercept : sympy.Expr
         The remaining part of the force: the known part, which no parameter scales, if the axis is
         linear.
@@ -165,10 +180,12 @@ def inverse_regressor(
     parameters: tuple[sympy.Symbol, ...],
     held: tuple[sympy.Symbol, ...] = (),
 ) -> Regressor:
-    """Split the inverse dynamics into its regressor and its intercept.
+    """Return the regressor and the intercept of the inverse dynamics.
 
-    A parameter is nonlinear if the derivative by it depends on it. In the others the force must be
-    jointly affine, which holds exactly when no derivative by one of them contains another.
+    A parameter is nonlinear if the derivative of the force with respect to it contains it. In the
+    other parameters the force must be jointly affine, which holds exactly when no derivative with
+    respect to one of them contains another of them. The function differentiates the force, finds
+    the nonlinear parameters, removes the linear ones from the columns, and computes the intercept.
 
     Parameters
     ----------
@@ -215,6 +232,7 @@ def inverse_regressor(
 
 
 def _not_linear(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> ModelError:
+    """Return the error for a force that is not linear; it names the first nonlinear term."""
     unknown = set(parameters)
     for term in sympy.Add.make_args(force):
         inside = sorted(term.free_symbols & unknown, key=str)

@@ -70,7 +70,7 @@ class AxisModel:
     states: tuple[StateEquation, ...] = ()
 
     def at_start(self, value: sympy.Expr) -> sympy.Expr:
-        """Return an expression of the models with the states at their start."""
+        """Return an expression of the models with the start values of the internal states in it."""
         return value.xreplace({state.symbol: state.start for state in self.states})
 
 
@@ -100,7 +100,12 @@ def derive(axis: Axis) -> AxisModel:
 
 
 def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
-    """Return the models in base parameters, or in declared ones with internal states."""
+    """Return the models of an axis.
+
+    Without internal states they are in base parameters; with internal states, in the declared ones.
+    The steps are the force balance, the base parameters, the inertia, the inverse regressor and the
+    direct model.
+    """
     balance = _balance(declared)
     if states:
         base = declared_as_base(declared)
@@ -139,10 +144,11 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
 
 
 def _checked_base(declared: Axis, balance: sympy.Expr) -> tuple[BaseModel, sympy.Expr]:
-    """Return base parameters in which the force is the declared one, and the force in them.
+    """Return base parameters whose force equals the declared force, and the force in them.
 
-    Points at which the force differs show which parameters were merged wrongly. If new points keep
-    appearing, nothing is merged.
+    Points at which the two forces differ show which parameters were merged wrongly. They are
+    evidence in the next try. If new points keep appearing after four tries, no parameters are
+    merged.
     """
     differing: list[Mapping[sympy.Symbol, Any]] = []
     for _ in range(_MOST_TRIES):
@@ -163,7 +169,13 @@ def _checked_base(declared: Axis, balance: sympy.Expr) -> tuple[BaseModel, sympy
 
 
 def _balance(axis: Axis) -> sympy.Expr:
-    """Return the declared force by the friction direction; it must have an inertia."""
+    """Return the declared force with the friction direction in place of ``sign(dq)``.
+
+    Raises
+    ------
+    ModelError
+        The acceleration cancels out of it.
+    """
     q = axis.coordinate
     force = with_direction(with_numbers(axis.force), q.velocity)
     if vanishes(inertia_of(force, q)):

@@ -46,17 +46,20 @@ def null_space(
     parameters: Sequence[Parameter],
     known: AbstractSet[sympy.Symbol] = frozenset(),
 ) -> tuple[NullSpaceVector, ...]:
-    """Return directions in which sums of products of parameters do not change, known ones fixed.
+    """Return directions in which sums of products of parameters do not change.
+
+    They are the null space of the Jacobian of the sums. Known parameters stay fixed.
 
     Parameters
     ----------
     rows : sequence of (k,) rows
-        Weights of each sum.
+        Weights of the k products in each sum.
     monomials : sequence of tuple of int
-        Length k, with exponents by parameter.
+        Length k; each product as its exponents by parameter.
     parameters : sequence of Parameter
         Length p.
     known : set of sympy.Symbol
+        Parameters that stay fixed.
 
     Returns
     -------
@@ -84,7 +87,7 @@ def null_space(
 
 
 def _as_decimals(direction: NullSpaceVector) -> NullSpaceVector:
-    """Return a direction that holds at the nominal values only, with decimals to show this."""
+    """Return a direction with decimal weights, to show that it holds at the nominal values only."""
     return {p: sympy.Float(weight) for p, weight in direction.items()}
 
 
@@ -93,19 +96,31 @@ def _kernel(
     symbols: Sequence[sympy.Symbol],
     ring: PolynomialRing,
 ) -> Iterator[NullSpaceVector]:
-    """Return the kernel of rows of polynomials or numbers, in polynomials without a common factor.
+    """Return the null space of a matrix of polynomials or numbers, one vector at a time.
 
-    Their coefficients are whole numbers; if the weights are numbers, the last is 1.
+    The weights of each vector are polynomials without a common factor and with whole coefficients.
+    If the weights are numbers, the last one is 1.
+
+    Parameters
+    ----------
+    rows : sequence of rows
+        Rows of the matrix.
+    symbols : sequence of sympy.Symbol
+        The parameter of each column.
+    ring : PolynomialRing
+        Polynomials of the parameters, to which the entries belong.
     """
     field = ring.get_field()
     table = [[field.convert(weight) for weight in row] for row in rows]
     basis = DomainMatrix(table, (len(table), len(symbols)), field).to_sparse().nullspace()
     for row in basis.to_list():
         vector = {j: weight for j, weight in enumerate(row) if weight}
+        # Clear the denominators, then divide by the common factor of the weights.
         shared = reduce(ring.lcm, (weight.denom for weight in vector.values()))
         whole = {j: w.numer * shared.exquo(w.denom) for j, w in vector.items()}
         common = reduce(ring.gcd, whole.values())
         weights = {symbols[j]: weight.exquo(common) for j, weight in whole.items()}
+        # Scale numbers so that the last is 1, and polynomials to whole coefficients.
         first, last = next(iter(weights.values())), next(reversed(weights.values()))
         if all(weight.is_ground for weight in weights.values()):
             unit = last.LC
@@ -122,12 +137,13 @@ def _kernel(
 def unidentifiable_directions(
     regressor: Regressor, parameters: Sequence[Parameter], coordinate: Coordinate
 ) -> tuple[NullSpaceVector, ...]:
-    """Return the null space, over all motions, of the regressor of a partially linear axis.
+    """Return changes of the parameters that no motion shows, for a partially linear axis.
 
-    Its columns contain parameters, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
-    functions of the motion. They are compared at the nominal values of the parameters, and at
-    values near them and far from them, since two functions may agree at one point by accident. For
-    a linear axis the base parameters show these directions.
+    They are the null space, over all motions, of its regressor, whose columns contain parameters:
+    ``exp(b) dq`` and ``a exp(b) dq`` look like two functions of the motion. The columns are
+    therefore compared at the nominal values of the parameters, and at values near and far from
+    them, because two functions may agree at one point by coincidence. For a linear axis the result
+    is empty: its base parameters show these directions.
 
     Parameters
     ----------
@@ -166,7 +182,10 @@ def _directions(
     coordinate: Coordinate,
     points: Sequence[Mapping[sympy.Symbol, sympy.Expr]],
 ) -> Iterator[tuple[NullSpaceVector, ...]]:
-    """Return the null space at each point at which the regressor has values."""
+    """Return the null space of a regressor at each point of the parameters.
+
+    A point at which the regressor has no real value is omitted.
+    """
     for point in points:
         with contextlib.suppress(NotRealError):
             rows = reduced_functions(regressor.columns, coordinate.velocity, point).rows
@@ -174,11 +193,12 @@ def _directions(
 
 
 def nominal_point(parameters: Sequence[Parameter]) -> Mapping[sympy.Symbol, sympy.Expr]:
-    """Return the nominal values of the parameters, or 1 within the bounds for a value of 0."""
+    """Return the nominal values of the parameters by symbol, with 1 (within the bounds) for 0."""
     return {p.symbol: sympy.Rational(str(_near(p))) for p in parameters}
 
 
 def _near(parameter: Parameter) -> float:
+    """Return the nominal value of a parameter; for 0, a value of size 1 within the bounds."""
     upper, lower = parameter.upper, parameter.lower
     return parameter.nominal or (min(1.0, upper) if upper > 0 else max(-1.0, lower))
 
@@ -186,7 +206,11 @@ def _near(parameter: Parameter) -> float:
 def _far_points(
     parameters: Sequence[Parameter],
 ) -> Iterator[Mapping[sympy.Symbol, sympy.Expr]]:
-    """Return values that are much larger or smaller than the nominal ones, in both assignments."""
+    """Return two points far from the nominal one.
+
+    At the first, each parameter is larger or smaller by up to a factor of 1000; at the second,
+    larger and smaller are exchanged.
+    """
     for sign in (1, -1):
         point = {}
         for i, p in enumerate(parameters):
@@ -199,9 +223,9 @@ def _far_points(
 def generic_points(
     parameters: Sequence[Parameter],
 ) -> tuple[Mapping[sympy.Symbol, sympy.Expr], ...]:
-    """Return independent numbers for the parameters, several times.
+    """Return two points of the parameters at unrelated values, as rational numbers by symbol.
 
-    Within the bounds, near the nominal value if there is one.
+    Each value is within the bounds, and between half and twice the nominal value.
     """
     points: list[dict[sympy.Symbol, sympy.Expr]] = [{} for _ in _STEPS]
     for i, p in enumerate(parameters):
@@ -214,13 +238,14 @@ def generic_points(
     return tuple(points)
 
 
-#: Powers of declared parameters by name, and the record's number if the product is local to it.
+#: A product of parameters: name and power of each factor, and the number of the record to which the
+#: product belongs, or None if it is common to all records.
 Product = tuple[tuple[tuple[str, int], ...], int | None]
 _LONGEST_NAME = 28
 
 
-#: The place of the product that leads a parameter of several records, the parameter, and its
-#: expression, which is empty for a declared one.
+#: A parameter that several records determine together: the column of the product that leads it, the
+#: parameter, and its expression as text, which is empty for a declared parameter.
 CommonParameter = tuple[int, Parameter, str]
 
 
@@ -231,23 +256,33 @@ def common_parameters(
     rows: Sequence[list[Fraction]],
     taken: set[str],
 ) -> list[CommonParameter]:
-    """Reduce weights of products, one row for each base parameter of each record.
+    """Return the parameters that several records determine together.
+
+    There is one for each row of the reduced echelon form of `rows`.
 
     Parameters
     ----------
     axis : Axis
         Axis whose parameters form the products.
     products : sequence of Product
+        Products of parameters, one for each column of `rows`.
     single : sequence of Parameter or None
-        Parameters of products that consist of a single parameter.
+        For each product, its parameter if the product is a single parameter, otherwise None.
     rows : sequence of list of Fraction
+        Weights of the products, one row for each base parameter of each record.
     taken : set of str
-        Names in lower case that no new parameter may have; new ones are added.
+        Names in lower case that no new parameter may have; the names of new parameters are added.
+
+    Returns
+    -------
+    list of (int, Parameter, str)
+        Pivot column, parameter, and its expression in the products, which is empty for a declared
+        parameter.
 
     Raises
     ------
     ModelError
-        As `reduced_rows` does.
+        There are too many weights to be reduced.
     """
     reduced, pivots = reduced_rows(rows)
     declared = {p.name: p for p in axis.parameters}
@@ -273,7 +308,21 @@ def _made(
     declared: dict[str, Parameter],
     taken: set[str],
 ) -> Parameter:
-    """Return a parameter that is none of the declared ones."""
+    """Return a new parameter for a sum of weighted products of declared parameters.
+
+    Parameters
+    ----------
+    terms : sequence of (Fraction, Product)
+        Weights and products of the sum.
+    lead : Product
+        The product that leads the sum and gives its unit.
+    said : str
+        The sum as text, for the description.
+    declared : dict of str to Parameter
+        Declared parameters by name.
+    taken : set of str
+        Names in lower case that the parameter may not have; its name is added.
+    """
     name = "_plus_".join(
         "_".join(f"{n}{e if e > 1 else ''}" for n, e in powers)
         + ("" if record is None else f"_{record + 1}")
@@ -290,6 +339,7 @@ def _made(
 
 
 def _factors(product: Product) -> str:
+    """Return a product as text: ``m*l**2``, with ``(record 2)`` if it belongs to one record."""
     powers, record = product
     factors = "*".join(f"{n}**{e}" if e > 1 else n for n, e in powers)
     return factors if record is None else f"{factors} (record {record + 1})"

@@ -1,6 +1,6 @@
 """Axes by their name in the library, or from a user's file.
 
-A Python file is run. A TOML file declares the same as data, and nothing in it is run: expressions
+A Python file is run. A TOML file declares an axis as data, and nothing in it is run: expressions
 are text, read by `read_expression`. All mistakes of a TOML file are reported at once.
 """
 
@@ -118,7 +118,15 @@ def load_axis(name: str | Path) -> Axis:
 
 
 def _run(file: Path) -> dict[str, Any]:
-    """Return the names that the file binds, run from its text: compiled files may be older."""
+    """Return the variables of a Python file after running its text, by name.
+
+    The text is run and not a compiled file, which may be older.
+
+    Raises
+    ------
+    ModelError
+        The file cannot be run; the message names the line.
+    """
     folder = str(file.resolve().parent)
     sys.path.insert(0, folder)
     try:
@@ -138,6 +146,7 @@ def _run(file: Path) -> dict[str, Any]:
 
 
 def _line(error: BaseException, file: Path) -> str:
+    """Return the line of the user's file at which an error occurred, as text: ``line 12``."""
     if isinstance(error, SyntaxError) and error.lineno:
         return f"line {error.lineno}"
     own = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == file]
@@ -145,7 +154,24 @@ def _line(error: BaseException, file: Path) -> str:
 
 
 def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
-    """Return the axis of a variable, else the only one, or of several the one named ``axis``."""
+    """Return the axis of a user's file.
+
+    It is the named variable if one is given, otherwise the only axis, or among several the variable
+    ``axis``.
+
+    Parameters
+    ----------
+    bound : dict of str to object
+        Variables of the file by name.
+    file : Path
+    variable : str
+        Name of the wanted variable; empty for none.
+
+    Raises
+    ------
+    ModelError
+        There is no such axis.
+    """
     axes = {name: value for name, value in bound.items() if isinstance(value, Axis)}
     is_one = len({id(axis) for axis in axes.values()}) == 1  # possibly under several names
     wanted = variable or (next(iter(axes)) if is_one else "axis")
@@ -166,7 +192,9 @@ _AT_REST = {str(s): s for s in (MEASURED_POSITION, REFERENCE, BALANCED)}
 
 
 def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> ControlLaw | None:
-    """Return the control law of the table ``control``, if there is one; errors become mistakes.
+    """Return the control law of the table ``control``; None without the table.
+
+    A law that is wrong is None too; its mistakes are added to the table.
 
     Parameters
     ----------
@@ -183,6 +211,7 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
     known = {name: symbol for name, symbol in constants.items() if name != "pi"}
     if "law" in table.values:
         return _shipped_law(table, {**known, **recorded})
+    # A law of the user: check the names, then read the blocks, the memories and the output.
     gains, memory = table.table("gains"), table.table("memory")
     for part in (gains, memory):
         for name in part.values:
@@ -207,7 +236,11 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
 
 
 def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
-    """Return a library law by its name, with the arguments of its function and its timing."""
+    """Return a library law that a table names by ``law``; None after a mistake.
+
+    The other keys of the table are the arguments of the law's function, and the law's delay and
+    interpolation of the reference.
+    """
     law = table.chosen("law", LAWS, "law", ", or omit the law and write its output")
     if law is None:
         return None
@@ -223,7 +256,16 @@ def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
 
 
 def _blocks(table: TomlTable, symbols: Symbols, at_rest: Symbols) -> dict[str, Block]:
-    """Return the blocks of a user's law by name; each may use those before it."""
+    """Return the blocks of a user's law by name; each may use the blocks before it.
+
+    Parameters
+    ----------
+    table : TomlTable
+    symbols : mapping of str to sympy.Symbol
+        Symbols that the blocks may use.
+    at_rest : mapping of str to sympy.Symbol
+        Symbols that the start values of their memories may use.
+    """
     found: dict[str, Block] = {}
     for name in table.values:
         table.attempt(name, partial(check_name, name, "it"))
@@ -245,13 +287,15 @@ _FORMULAS = ("force", "inverse")
 
 
 def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
-    """Return the drive of the table ``drive``, if there is one; errors become mistakes.
+    """Return the drive of the table ``drive``; None without the table.
+
+    A drive that is wrong is None too; its mistakes are added to the table.
 
     Parameters
     ----------
     root : TomlTable
     symbols : mapping of str to sympy.Symbol
-        Constants, recorded signals and the motion.
+        Constants, recorded signals and the motion, which formulas may use.
     """
     if "drive" not in root.values:
         return None
@@ -290,7 +334,7 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
 
 
 def _arguments(make: Callable[..., Drive]) -> dict[str, inspect.Parameter]:
-    """Return the arguments of a drive, with those passed on to `Drive`, all of them optional."""
+    """Return the arguments of a function that makes a drive, and the optional ones of `Drive`."""
     of_any = inspect.signature(Drive).parameters
     shared = {key: each.replace(default=None) for key, each in of_any.items()}
     known = {**shared, **inspect.signature(make).parameters}
@@ -316,7 +360,12 @@ _EQUATIONS: Mapping[str, tuple[Callable[..., Axis], tuple[str, ...]]] = {
 
 
 def _axis(root: TomlTable) -> Axis | None:
-    """Return the axis, or None and mistakes; each part is read even if others are wrong."""
+    """Return the axis that a TOML document declares; None after a mistake.
+
+    Each part is read even if others are wrong, so that all mistakes are reported. The steps are the
+    coordinate, the parameters, signals, constants and states, the equation of motion, then drive,
+    columns, control law and experiment.
+    """
     root.only("name", "title", *_PARTS[:5], *_EQUATIONS, *_PARTS[5:])
     root.needs("name", "coordinate", "parameters", "drive")
     name = root.values.get("name", "axis")
@@ -331,6 +380,7 @@ def _axis(root: TomlTable) -> Axis | None:
     unknown: Symbols = {name: sympy.Symbol(name, real=True) for name in parameters}
     recorded: Symbols = {name: SignalSymbol(name, real=True) for name in signals}
     constants = _constants(root.table("constants"), unknown, recorded, moving)
+    # A state may occur in its own equation, so that its symbol is known before it is read.
     states = root.table("states")
     own: Symbols = {name: sympy.Symbol(name, real=True) for name in states.values}
     kept = states.each(
@@ -348,6 +398,7 @@ def _axis(root: TomlTable) -> Axis | None:
         "columns": columns,
         "experiment": _experiment(root, unknown, recorded),
     }
+    # The axis is made only if everything in its equation of motion could be read.
     if coordinate is None or declare is None or not readable:
         return None
     declared = partial(
@@ -369,7 +420,10 @@ def _axis(root: TomlTable) -> Axis | None:
 
 
 def _coordinate(root: TomlTable) -> Coordinate | None:
-    """Return the coordinate; with a wrong unit, which is reported already, one with its name."""
+    """Return the coordinate of a document; None without one.
+
+    A coordinate with a wrong unit is reported, and one with the same name replaces it.
+    """
     if "coordinate" not in root.values:
         return None
     table = root.table("coordinate")
@@ -379,7 +433,16 @@ def _coordinate(root: TomlTable) -> Coordinate | None:
 
 
 def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
-    """Return known numbers with a unit; `G` and `pi` too, of which `G` may be redefined."""
+    """Return the symbols of the constants by name; `G` and `pi` are among them.
+
+    `G` may be declared again. A name that another quantity has is a mistake.
+
+    Parameters
+    ----------
+    table : TomlTable
+    unknown, recorded, moving : mapping of str to sympy.Symbol
+        Symbols of the parameters, of the recorded signals and of the motion.
+    """
     symbols = {constant.name: constant.symbol for constant in (G, Constant(math.pi, "1", "pi"))}
     others = {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")}
     others |= dict.fromkeys(moving, "symbol of the motion")
@@ -398,7 +461,10 @@ _OF_FORCES = ("inertia", "resistance", "generalised_force")
 
 
 def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
-    """Call `newton` or `lagrange` with the keys of its table; None without symbols."""
+    """Return `newton` or `lagrange` with the expressions of its table as arguments.
+
+    None if there are no symbols, or after a mistake.
+    """
     given = [key for key in _EQUATIONS if key in root.values]
     if len(given) != 1:
         root.say("", f"the file has {len(given)} of the tables newton and lagrange. Give one.")
@@ -416,6 +482,7 @@ def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable
 
 
 def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experiment | None:
+    """Return the experiment of a document; None without one, or after a mistake."""
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
@@ -428,7 +495,10 @@ def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experim
 
 
 def _moves(table: TomlTable) -> tuple[Move, ...]:
-    """Return moves one by one, or back and forth; without any, a substitute and a mistake."""
+    """Return the moves of an experiment, given one by one or as ``back_and_forth``.
+
+    If there are none, this is a mistake, and a substitute is returned.
+    """
     stand_in = Move(1.0, 1.0, 1.0)
     given = [key for key in ("moves", "back_and_forth") if key in table.values]
     if len(given) != 1:

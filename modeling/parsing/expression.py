@@ -2,7 +2,7 @@
 
 Text passes a whitelist of characters, Python's parser, and a whitelist of syntax, node by node;
 every name must be declared. Length, nesting, powers and the size after expansion are bounded, so
-that no text takes long. Every refusal names the place.
+that no text takes long. Every error names the position in the text.
 """
 
 import ast
@@ -57,15 +57,16 @@ _NOT_FINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I)
 
 @dataclass(slots=True)
 class ExpressionReader:
-    """Turns syntax into SymPy, node by node.
+    """Converts a syntax tree to a SymPy expression, node by node.
 
     Attributes
     ----------
     text : str
+        The whole text, for messages.
     start : int
-        Offset at which the syntax begins.
+        Offset in the text at which the syntax begins.
     symbols, elements : mapping
-        Symbols that it may name, and elements that it may call.
+        Symbols, and elements of friction or load, that the text may use, by name.
     """
 
     text: str
@@ -75,13 +76,20 @@ class ExpressionReader:
     _constants: ConstantValues = field(init=False, default_factory=ConstantValues)
 
     def read(self, tree: ast.expr) -> sympy.Expr:
-        """Return the expression of a whole text, of a size that can be derived."""
+        """Return the expression of a whole text; one that is too large to be derived is refused."""
         result = self._evaluated(tree, DEEPEST, _DEEPEST_CALLS)
         self._check_size(result)
         return result
 
     def _evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
-        """Return the expression of a node, at a permitted depth of nesting and of functions."""
+        """Return the expression of a node.
+
+        Parameters
+        ----------
+        node : ast.expr
+        depth, calls : int
+            Permitted further levels of nesting, and of functions.
+        """
         if not depth:
             raise nested(*self._at(node))
         if isinstance(node, ast.Call) and not calls:
@@ -110,7 +118,7 @@ class ExpressionReader:
                 raise not_allowed(_shortened(ast.unparse(node)), *self._at(node))
 
     def _check_size(self, result: sympy.Expr) -> None:
-        """Refuse an expression that would become too large or not real when derived."""
+        """Refuse an expression that is too large, may not be real, or has too large numbers."""
         in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
@@ -139,6 +147,7 @@ class ExpressionReader:
                 )
 
     def _symbol(self, node: ast.AST, name: str) -> sympy.Expr:
+        """Return the symbol of a name; ``pi`` is a number."""
         if name in self.symbols:
             return self.symbols[name]
         if name == "pi":
@@ -155,7 +164,7 @@ class ExpressionReader:
         )
 
     def _chain(self, node: ast.BinOp, depth: int, calls: int) -> sympy.Expr:
-        """Evaluate a sum or product of any length as one level, a power as one too."""
+        """Return a sum, a product or a power; a sum or product of any length is one level deep."""
         kinds = next((kinds for kinds in _CHAINED if isinstance(node.op, kinds)), ())
         links: list[ast.BinOp] = [node]
         while isinstance(inner := links[-1].left, ast.BinOp) and isinstance(inner.op, kinds):
@@ -166,6 +175,10 @@ class ExpressionReader:
         return value
 
     def _combined(self, node: ast.BinOp, left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:
+        """Return an operation on two expressions; two numbers are computed at once.
+
+        A power, a quotient or a combination of constants without a permitted value is refused.
+        """
         operation = _OPERATORS[type(node.op)]
         if left.is_Number and right.is_Number:
             return self._folded(node, operation, left, right)
@@ -186,6 +199,7 @@ class ExpressionReader:
     def _call(
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
+        """Return a function of expressions, such as ``sin(q)``; of numbers, its value."""
         if name not in FUNCTIONS:
             there = [*FUNCTIONS, *self.elements]
             if name in self.symbols:
@@ -214,7 +228,7 @@ class ExpressionReader:
         return self._real(node, function.symbolic, *inner)
 
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
-        """Return friction or a load by its name, with expressions as arguments."""
+        """Return an element of friction or load, such as ``stribeck(...)``, of expressions."""
         arguments = [self._evaluated(each, depth - 1, calls - 1) for each in node.args]
         if any(each.arg is None for each in node.keywords):
             raise not_allowed("**", *self._at(node))
@@ -240,7 +254,10 @@ class ExpressionReader:
             )
 
     def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
-        """Refuse a large power of constants, which is one number and is checked as such."""
+        """Refuse a power above 20, unless base and power are constants.
+
+        Such a power is one number, which is checked as a number.
+        """
         value = self._constants.value(power)
         one_number = not power.is_Number and self._constants.value(base) is not None
         if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
@@ -253,7 +270,7 @@ class ExpressionReader:
     def _check_constants(
         self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
     ) -> None:
-        """Refuse an expression of numbers and constants alone without a value of permitted size."""
+        """Refuse an operation on numbers and constants whose value is too large."""
         values = [self._constants.value(part) for part in parts]
         if not all(value is not None for value in values):
             return
@@ -265,10 +282,10 @@ class ExpressionReader:
             )
 
     def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
-        """Evaluate numbers in floating point, because exact arithmetic could take very long.
+        """Return an operation on numbers as a number, computed in floating point.
 
-        A quotient of whole numbers that are exact in floating point is kept: ``1/2`` is the half of
-        an energy, and ``x**(1/2)`` a root.
+        Exact arithmetic could take very long. A quotient of whole numbers that is exact in floating
+        point stays a fraction: ``1/2`` is the half of an energy, and ``x**(1/2)`` a root.
         """
         value = self._number(node, operation, *map(float, numbers))
         if value == int(value) and abs(value) < _EXACT:
@@ -280,20 +297,21 @@ class ExpressionReader:
         return sympy.Float(value)
 
     def _number(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> float:
-        """Return the result of an operation on floats; refuse one that is not finite and real."""
+        """Return an operation on floats as a float; one that is not finite and real is refused."""
         value = self._tried(node, operation, *numbers)
         if isinstance(value, complex) or not math.isfinite(value):
             raise TextError(f"this number is {value}, not a finite real one.", *self._at(node))
         return float(value)
 
     def _real(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
-        """Return the result of an operation on expressions; refuse one without a real value."""
+        """Return an operation on expressions; one without a finite real value is refused."""
         result = self._tried(node, make, *parts)
         if any(part in _NOT_FINITE for part in (result, *result.args)):
             raise TextError("this has no finite real value.", *self._at(node))
         return result
 
     def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> Any:
+        """Return the result of an operation; an arithmetic error becomes a mistake in the text."""
         try:
             return make(*parts)
         except CANNOT as error:
@@ -302,11 +320,12 @@ class ExpressionReader:
             raise TextError(f"this has no value: {said}.", *self._at(node)) from error
 
     def _at(self, node: ast.AST) -> tuple[str, int]:
-        """Return the text, and the offset in it at which the node begins."""
+        """Return the text, and the offset in it at which a node begins."""
         return self.text, self.start + getattr(node, "col_offset", 0)
 
 
 def _shortened(text: str) -> str:
+    """Return a text, cut after 60 characters."""
     return text if len(text) < _SHOWN else f"{text[:_SHOWN]}..."
 
 

@@ -1,11 +1,12 @@
-"""Grammar of expressions in a text, mistakes with their place, and the size of numbers.
+"""Grammar of expressions in a text, mistakes with their position, and the size of numbers.
 
-Its elements of friction and load, such as ``stribeck(Fs, x, velocity=0.01)``, are those of Python
-with the same arguments. A plain number as their argument takes the expected unit, whereas a number
-in an expression has no unit.
+The elements of friction and load, such as ``stribeck(Fs, x, velocity=0.01)``, are the functions of
+`axisid.modeling.declaration.elements` with the same arguments. A plain number as their argument has
+the expected unit, whereas a number elsewhere in an expression has no unit.
 
 Once a constant's number is substituted, SymPy evaluates parts made of numbers and constants alone,
-to any size and without a bound on time; a float overflows instead.
+to any size and without a bound on time. Such parts are therefore evaluated as floats first, which
+overflow instead.
 """
 
 import difflib
@@ -40,12 +41,12 @@ class TextError(UsageError):
     offset : int
         Offset of the offending character.
     code : str
-        Code of the mistake.
+        Code of the error; by default that of the class.
 
     Attributes
     ----------
     reason, where, pointer : str
-        The sentence; ``column 3``; the line of the text over a caret.
+        The sentence; the position, ``column 3``; and the line of the text with a caret below.
     """
 
     code = "formula"
@@ -67,7 +68,15 @@ class TextError(UsageError):
 
 
 def nearest(name: str, names: Collection[str]) -> str:
-    """Return the name most similar to another one, as a question; empty if there is none."""
+    """Return the question whether a similar name was meant; empty without a similar one.
+
+    Parameters
+    ----------
+    name : str
+        The name that was written.
+    names : collection of str
+        Known names.
+    """
     close = difflib.get_close_matches(name[:50], list(names), 1)
     return f" Did you mean {close[0]!r}?" if close else ""
 
@@ -152,14 +161,23 @@ _FLOATS: dict[Any, Callable[..., float]] = {
 
 
 class ConstantValues:
-    """Floats of expressions, each evaluated once."""
+    """Floating-point values of expressions, each evaluated once.
+
+    Parameters
+    ----------
+    known : mapping of sympy.Expr to float
+        Values of symbols.
+    """
 
     def __init__(self, known: Mapping[sympy.Expr, float] = MappingProxyType({})) -> None:
-        """Take the values of symbols."""
+        """Store the known values of symbols."""
         self._found: dict[sympy.Expr, float | None] = dict(known)
 
     def value(self, expression: sympy.Expr) -> float | None:
-        """Return the value; None with an unknown symbol in it, NaN if it is not finite and real."""
+        """Return the value of an expression.
+
+        None if it contains a symbol without a value, NaN if it is not finite and real.
+        """
         if expression not in self._found:
             try:
                 self._found[expression] = self._worked_out(expression)
@@ -168,12 +186,12 @@ class ConstantValues:
         return self._found[expression]
 
     def number(self, expression: sympy.Expr) -> float:
-        """Return the value as a number; NaN if it has none."""
+        """Return the value of an expression; NaN if it has none."""
         value = self.value(expression)
         return math.nan if value is None else value
 
     def fits(self, node: sympy.Expr) -> bool:
-        """Return whether the value of a node, or of the constants in it, is small enough."""
+        """Return whether the value of a node, or of the constants in it, is 1e100 at most."""
         if node.is_Symbol or not node.has(ConstantSymbol):
             return True
         parts = node.args if node.is_Add or node.is_Mul else (node,)
@@ -186,6 +204,7 @@ class ConstantValues:
             return False
 
     def _worked_out(self, expression: sympy.Expr) -> float | None:
+        """Return the value of an expression from those of its arguments, as `value` does."""
         if isinstance(expression, ConstantSymbol):
             return expression.value
         if expression.is_Number or expression.is_NumberSymbol:
@@ -202,7 +221,7 @@ class ConstantValues:
 
 
 def small(value: float) -> bool:
-    """Return whether a number is real, finite and within the size allowed in an expression."""
+    """Return whether a number is real, and 1e100 at most in size."""
     return not isinstance(value, complex) and abs(value) <= LARGEST
 
 
@@ -211,14 +230,22 @@ Elements: TypeAlias = Mapping[str, Callable[..., sympy.Expr]]
 
 
 def elements_along(coordinate: Coordinate) -> Elements:
-    """Return the elements of an axis for use in text, which names the coordinate."""
+    """Return the elements of friction and load that text may call, for one coordinate."""
     return {name: partial(_made, name, coordinate) for name in ELEMENTS}
 
 
 def _made(
     element: str, along: Coordinate, /, *arguments: sympy.Expr, **named: sympy.Expr
 ) -> sympy.Expr:
-    """Return the element of a name.
+    """Return the expression of an element of friction or load.
+
+    Parameters
+    ----------
+    element : str
+        Name of the element.
+    along : Coordinate
+        The coordinate that the text may name.
+    *arguments, **named : sympy.Expr
 
     Raises
     ------
@@ -240,6 +267,15 @@ def _made(
 
 
 def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
+    """Return an argument of an element in the type that the element expects.
+
+    A symbol for the coordinate becomes the coordinate, a number an int or a float.
+
+    Raises
+    ------
+    ModelError
+        The argument ``coordinate`` is not the coordinate's symbol.
+    """
     if key == "coordinate":
         if value != along.symbol:
             raise ModelError(

@@ -44,7 +44,10 @@ class ParameterFunction:
     parameters: tuple[sympy.Symbol, ...]
 
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
-        """Return value, gradient (p,) and Hessian (p, p); NaN if not finite and real."""
+        """Return value, gradient (p,) and Hessian (p, p) for parameters (p,).
+
+        An entry that is not finite and real is NaN.
+        """
         number = self._floats(values).number
         slopes = [plain_slope(self.expression, p) for p in self.parameters]
         return (
@@ -58,6 +61,7 @@ class ParameterFunction:
         return self._floats(values).number(self.expression)
 
     def _floats(self, values: Sequence[float]) -> ConstantValues:
+        """Return an evaluator of expressions for parameters (p,)."""
         return ConstantValues(dict(zip(self.parameters, map(float, values), strict=True)))
 
 

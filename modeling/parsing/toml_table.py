@@ -33,16 +33,16 @@ _NONE: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(slots=True)
 class TomlTable:
-    """A table and its mistakes.
+    """A table of a TOML document, and the list of mistakes in the document.
 
     Attributes
     ----------
     path : str
-        Keys that lead to it; empty for the document.
+        Keys that lead to the table; empty for the document.
     values : mapping
         Values as TOML has them.
     mistakes : list of str
-        Shared by all tables of a document; every method adds to it.
+        Mistakes found so far, shared by all tables of the document; every method adds to it.
     """
 
     path: str
@@ -50,7 +50,16 @@ class TomlTable:
     mistakes: list[str]
 
     def say(self, key: str, problem: str, pointer: str = "") -> None:
-        """Add a mistake; the pointer, a line of text over a caret, is set off."""
+        """Add a mistake.
+
+        Parameters
+        ----------
+        key : str
+        problem : str
+            The mistake, a sentence.
+        pointer : str
+            A line of the text with a caret below, printed on lines of its own; empty for none.
+        """
         if len(problem) > _LONGEST_MISTAKE:
             problem = f"{problem[:_LONGEST_MISTAKE]} ..."
         where = f"{self.at(key)}: " if self.at(key) else ""
@@ -58,19 +67,19 @@ class TomlTable:
         self.mistakes.append(f"{where}{problem}{lines}")
 
     def at(self, key: str) -> str:
-        """Return the path of a key."""
+        """Return the path of a key from the document, as in ``control.gains.kp``."""
         bare = key if re.fullmatch(r"[\w-]*(\[\d+\])?", key, re.ASCII) else repr(key[:60])
         return f"{self.path}.{bare}" if self.path and bare else self.path or bare
 
     def only(self, *keys: str) -> None:
-        """Refuse other keys than these."""
+        """Report each key of the table that is not one of these as a mistake."""
         for key in self.values:
             if key not in keys:
                 listed = f"the keys here are {', '.join(keys)}" if keys else "there are none here"
                 self.say(key, f"there is no such key: {listed}.{nearest(key, keys)}")
 
     def needs(self, *keys: str) -> None:
-        """Refuse the absence of keys."""
+        """Report each of these keys that is missing as a mistake."""
         for key in keys:
             if key not in self.values:
                 self.say(key, "it is missing. Add it.")
@@ -84,14 +93,17 @@ class TomlTable:
         return TomlTable(self.at(key), value, self.mistakes)
 
     def items(self, key: str) -> "TomlTable":
-        """Return the items under a key, each with its number; one item is a list of one."""
+        """Return the items of a list as a table, with the keys ``key[1]``, ``key[2]``, ...
+
+        A value that is not a list is the only item, with the key itself.
+        """
         value, items = self.values[key], {key: self.values[key]}
         if isinstance(value, list):
             items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
         return TomlTable(self.path, items, self.mistakes)
 
     def attempt(self, key: str, make: Callable[[], T]) -> T | None:
-        """Return the value of a function, or None and note a mistake."""
+        """Return the result of a function; after an error None, and the error becomes a mistake."""
         try:
             return make()
         except TextError as error:
@@ -101,7 +113,17 @@ class TomlTable:
         return None
 
     def chosen(self, key: str, options: Mapping[str, T], what: str, hint: str = "") -> T | None:
-        """Return the built-in object that a key names, or None and note a mistake."""
+        """Return the option that the value of a key names; otherwise None and a mistake.
+
+        Parameters
+        ----------
+        key : str
+        options : mapping of str to object
+        what : str
+            Kind of the options, for the message.
+        hint : str
+            End of the message.
+        """
         name = self.values.get(key)
         if isinstance(name, str) and name in options:
             return options[name]
@@ -112,13 +134,14 @@ class TomlTable:
     def read(
         self, key: str, kind: Any, symbols: Symbols = _NONE, elements: Elements = _NONE
     ) -> Any:
-        """Return the value of a key; None and a mistake if it is not of its kind.
+        """Return the value of a key; None and a mistake if it is not of the wanted kind.
 
         Parameters
         ----------
         key : str
         kind : type
-            Type in a signature. A type other than text, number, switch or list is an expression.
+            Type as a signature declares it. A type other than text, number, switch or list means an
+            expression.
         symbols : mapping of str to sympy.Symbol
             Symbols that an expression may name.
         elements : mapping of str to callable, optional
@@ -134,7 +157,7 @@ class TomlTable:
         return self.attempt(key, lambda: _expression(value, symbols, elements))
 
     def read_all(self, keys: Iterable[str], kind: Any, symbols: Symbols = _NONE) -> dict[str, Any]:
-        """Return the values of these keys that are of their kind; other keys are refused."""
+        """Return the values of these keys that are of a kind; any other key is a mistake."""
         self.only(*keys)
         found = {key: self.read(key, kind, symbols) for key in keys if key in self.values}
         return {key: value for key, value in found.items() if value is not None}
@@ -151,7 +174,12 @@ class TomlTable:
         own: Mapping[str, Symbols] = _NONE,
         elements: Mapping[str, Elements] = _NONE,
     ) -> T | None:
-        """Return the object built from a table of arguments, or None and note all mistakes.
+        """Return the object that a function makes from the keys of the table; None after a mistake.
+
+        The keys are checked against the arguments of the function, and the values are read. A value
+        that could not be read is replaced by an acceptable one. If the function refuses the
+        arguments, the argument that causes this is searched, reported and left out, and the
+        function is called again, so that all mistakes are found.
 
         Parameters
         ----------
@@ -163,11 +191,11 @@ class TomlTable:
         name : str
             The argument ``name``, if it is the key of the table.
         given : mapping
-            Arguments that are not keys.
+            Values of arguments that are not keys of the table.
         beside : collection of str
-            Keys that are not arguments.
+            Keys of the table that are not arguments.
         own : mapping of str to mapping
-            Symbols that the expressions of single keys may name.
+            Symbols that the expressions of single keys may name instead of `symbols`.
         elements : mapping of str to mapping
             Friction and loads that the expressions of single keys may call.
         """
@@ -199,7 +227,10 @@ class TomlTable:
         return result if len(self.mistakes) == before else None
 
     def each(self, make: Callable[..., T], **how: Any) -> dict[str, T | None]:
-        """Return the objects built from the named tables in this table; see `made`."""
+        """Return the objects made from the tables in this table, by name; None after a mistake.
+
+        Arguments are those of `made`.
+        """
         return {name: self.table(name).made(make, name=name, **how) for name in self.values}
 
 
@@ -213,7 +244,24 @@ def _without_guilty(
     stand_ins: Mapping[str, Any],
     error: ModelError,
 ) -> tuple[str, dict[str, Any]]:
-    """Return the field that causes the refusal, found by omission or among neutral values."""
+    """Return the argument that causes a refusal, and the arguments without it.
+
+    First each argument is left out, or replaced by an acceptable value, to see if the function then
+    accepts the rest. Otherwise each argument is tried alone among acceptable values. The name is
+    empty if none is found.
+
+    Parameters
+    ----------
+    make : callable
+    neutral : mapping
+        Acceptable values of the required arguments.
+    fields : mapping
+        Values from the table.
+    stand_ins : mapping
+        An acceptable value for each argument.
+    error : ModelError
+        The refusal.
+    """
     for key in fields:
         without = {name: value for name, value in fields.items() if name != key}
         for others in (without, {**without, key: stand_ins[key]}):
@@ -226,6 +274,7 @@ def _without_guilty(
 
 
 def _tried(make: Callable[..., T], fields: Mapping[str, Any]) -> T | ModelError:
+    """Return the object that a function makes, or the error with which it refuses."""
     try:
         return make(**fields)
     except ModelError as error:
@@ -233,7 +282,7 @@ def _tried(make: Callable[..., T], fields: Mapping[str, Any]) -> T | ModelError:
 
 
 def _neutral(argument: inspect.Parameter) -> Any:
-    """Return a value that is accepted for an argument whatever the others are."""
+    """Return an acceptable value for an argument, whatever the other arguments are."""
     kind = argument.annotation
     if str in (kind, *get_args(kind)):
         return "1" if argument.name == "unit" else "x"
@@ -241,7 +290,7 @@ def _neutral(argument: inspect.Parameter) -> Any:
 
 
 def _plain(kind: type, value: object) -> Any:
-    """Return a text, a whole number or a switch."""
+    """Return a text, a whole number or a switch, if the value is of this kind."""
     if type(value) is kind and (not isinstance(value, str) or value.isprintable()):
         return value
     raise ModelError(f"it is {value!r}. Give {_GIVE[kind]}.", code="toml")
@@ -303,7 +352,7 @@ def read_toml(file: Path, read: Callable[[TomlTable], T | None], error: type[Fil
 
 
 def read_columns(table: TomlTable, roles: Iterable[str]) -> dict[str, str]:
-    """Return columns by role, each given as a text or as a table of its properties."""
+    """Return the columns by role as text; each is a text or a table of the column's properties."""
     keys = dict.fromkeys(roles)
     table.only(*keys)
     found = {
@@ -331,7 +380,7 @@ _STRINGS = re.compile(
 
 
 def _as_part(found: re.Match[str]) -> str:
-    """Return a substitute for a string, which may be a part of a key; nothing for a comment."""
+    """Return what replaces a string while keys are checked: a letter; nothing for a comment."""
     return "" if found[0].startswith("#") else "q"
 
 

@@ -33,12 +33,13 @@ class Coefficients:
     parameters : sequence of sympy.Symbol
         Parameters in which it is a polynomial after cancellation.
     motion : set of sympy.Symbol
-        Parameters that count as motion, and have no powers.
+        Parameters that are treated like quantities of the motion: they stay in the coefficients.
 
     Attributes
     ----------
     terms : dict
-        The coefficients by products of powers, including the one without parameters.
+        The coefficient of each monomial. A monomial is a tuple with the power of each parameter;
+        all powers are 0 for the part without parameters.
 
     Raises
     ------
@@ -74,6 +75,10 @@ class Coefficients:
         return self._hidden | divisors
 
     def _worked_out(self, node: sympy.Expr) -> _Polynomial:
+        """Return the polynomial of one node of the expression, from those of its arguments.
+
+        A node that is no sum, product, whole power or Piecewise becomes part of a coefficient.
+        """
         if not node.free_symbols & self._places.keys():
             return {self._one: node}
         base, power = node.as_base_exp()
@@ -93,14 +98,17 @@ class Coefficients:
         return {self._one: self._opaque(node).xreplace(self._zero)}
 
     def _opaque(self, node: sympy.Basic) -> sympy.Basic:
-        """Expand a node that is treated as a whole; some of the parameters in it may cancel."""
+        """Return a node that is not expanded, and note the parameters on which its value depends.
+
+        These are nonlinear parameters; other parameters in the node cancel.
+        """
         shown = node if isinstance(node, sympy.Expr) else sympy.Piecewise((1, node), (0, True))
         inside = node.free_symbols & self._places.keys() - self._hidden
         self._hidden |= {p for p in inside if depends(shown, {p})}
         return node
 
     def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
-        """Return the coefficients of a Piecewise, each a Piecewise with the same conditions."""
+        """Return the polynomial of a Piecewise; its coefficients are Piecewise expressions too."""
         values = [self._of(value) for value, _ in node.args]
         conditions = [self._opaque(c).xreplace(self._zero) for _, c in node.args]
         return {
@@ -116,7 +124,10 @@ class Coefficients:
         }
 
     def _power(self, base: _Polynomial, whole: int) -> _Polynomial:
-        """Expand a power by the multinomial theorem: successive products nest sums in sums."""
+        """Return a whole power of a polynomial, by the multinomial theorem.
+
+        Successive products would nest sums in sums.
+        """
         self._take(math.comb(whole + len(base) - 1, whole))
         shares = multinomial_coefficients(len(base), whole)
         return _sum(
@@ -130,6 +141,7 @@ class Coefficients:
         )
 
     def _take(self, terms: int) -> None:
+        """Count products of two terms, and refuse an expression that needs too many of them."""
         self._left -= terms
         if self._left < 0:
             raise ModelError(
@@ -138,6 +150,7 @@ class Coefficients:
             )
 
     def _product(self, factors: Iterable[_Polynomial]) -> _Polynomial:
+        """Return the product of polynomials."""
         made: _Polynomial = {self._one: sympy.S.One}
         for factor in factors:
             self._take(len(made) * len(factor))
@@ -150,5 +163,6 @@ class Coefficients:
 
 
 def _sum(polynomials: Iterable[_Polynomial]) -> _Polynomial:
+    """Return the sum of polynomials."""
     terms = grouped(term for polynomial in polynomials for term in polynomial.items())
     return {exponents: sympy.Add(*weights) for exponents, weights in terms.items()}

@@ -1,9 +1,9 @@
 """Known numbers with a unit, and signals that a record contains in addition to the motion.
 
-The unit check sees a constant's unit, the generated code its number. Expressions are rebuilt with
-such numbers without letting SymPy decide which argument of `Max` or `Min` is the larger: it would
-compare every pair, and everything nested in them, each time such an expression is rebuilt. Declared
-expressions are in their final form already.
+The unit check uses a constant's unit; the generated code uses its number. Expressions are rebuilt
+with such numbers, but SymPy must not decide which argument of `Max` or `Min` is the larger: it
+would compare every pair, and everything nested in them, each time such an expression is rebuilt.
+Declared expressions are in their final form already.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,14 @@ from .units import Unit, parse_unit
 
 
 def extreme(kind: Any, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
-    """Return the largest or smallest of expressions; numbers among them are compared at once."""
+    """Return the largest or the smallest of expressions, unevaluated except for plain numbers.
+
+    Parameters
+    ----------
+    kind : Max or Min
+    arguments : sequence of sympy.Expr
+        Numbers among them are compared at once.
+    """
     numbers = [argument for argument in arguments if argument.is_Number]
     others = [argument for argument in arguments if not argument.is_Number]
     if numbers:
@@ -40,7 +47,7 @@ def within(value: sympy.Expr, limit: sympy.Expr) -> sympy.Expr:
 def replaced(
     value: sympy.Basic, new: Mapping[sympy.Basic, sympy.Basic], *, evaluate: bool = True
 ) -> sympy.Basic:
-    """Replace like ``value.xreplace(new)``, but leave ``Max`` and ``Min`` unevaluated.
+    """Return ``value.xreplace(new)``, except that ``Max`` and ``Min`` are not evaluated.
 
     Parameters
     ----------
@@ -93,7 +100,7 @@ class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
 class Constant(Symbolic):
     """A known number in an equation of motion: a pitch, a gear ratio, an inertia from a data sheet.
 
-    A plain number does as well, but has no unit that could be checked.
+    A plain number may be used instead, but has no unit that could be checked.
 
     Attributes
     ----------
@@ -101,7 +108,7 @@ class Constant(Symbolic):
     unit : str
         Coherent SI unit of `value`.
     name : str
-        For messages; the number itself by default.
+        Name in messages; the number itself by default.
     """
 
     value: float
@@ -125,14 +132,14 @@ G = Constant(9.80665, "m/s^2", "G")
 
 
 def with_unit(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """Return an amount with its unit; a plain number takes the expected unit."""
+    """Return an amount as an expression; a plain number becomes a constant in the given unit."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Constant(number(value, what), unit).symbol
     return expression(value, what)
 
 
 def positive(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """Return an amount as `with_unit` does, where a number must be positive.
+    """Return an amount as `with_unit` does; a number must be positive.
 
     Raises
     ------

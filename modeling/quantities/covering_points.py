@@ -1,9 +1,9 @@
 """Points that cover functions: over decades, on both sides of kinks, between them, in transitions.
 
 Two functions that agree at a few points may differ elsewhere: ``tanh(dq/vs)`` is a constant to all
-digits that there are unless the velocity is near ``vs``. So for each kink and each smooth function
-places are found at which it shows, by solving for a symbol. A kink or a transition for which no
-such point was found remains a doubt.
+available digits unless the velocity is near ``vs``. A *feature* is a kink of a function or the
+transition of a smooth one. For each feature, points that show it are found by solving for a symbol.
+A feature for which no such point was found remains a doubt.
 """
 
 import contextlib
@@ -32,16 +32,19 @@ _SCALE = 10**6  # points of one cycle, at most
 
 
 class CoveringPoints:
-    """Points of which each cycle covers a list of functions anew.
+    """Cycles of points, each of which covers a list of functions with new points.
+
+    A point gives a number to each symbol. The *place* of a symbol is its number at a point that
+    shows a feature.
 
     Parameters
     ----------
     points : Points
-        Points of the functions.
+        Source of the numbers of the symbols.
     functions : sequence of sympy.Expr
     moderate : set of sympy.Symbol
-        Symbols whose numbers need no decades, so that their factors remain visible next to other
-        terms.
+        Symbols whose numbers stay of moderate size, so that their factors remain visible next to
+        other terms.
 
     Attributes
     ----------
@@ -49,6 +52,8 @@ class CoveringPoints:
         Features of all functions.
     symbols : list of sympy.Symbol
         Symbols of the functions, without those with given numbers.
+    moderate : list of sympy.Symbol
+        Symbols among them whose numbers stay of moderate size.
     """
 
     def __init__(
@@ -82,23 +87,42 @@ class CoveringPoints:
 
     @property
     def _direction(self) -> Feature:
+        """Return the friction direction as a feature: a jump where the velocity is 0."""
         velocity = self._points.velocity
         return Feature(DIRECTION, (velocity,), sharp=True, needed=True)
 
     def _without_direction(self, symbols: set[sympy.Symbol]) -> set[sympy.Symbol]:
+        """Return the symbols whose numbers are free.
+
+        The velocity replaces the friction direction, which is its sign, and given symbols are left
+        out.
+        """
         velocity = self._points.velocity
         if velocity is not None and DIRECTION in symbols:
             symbols = (symbols - {DIRECTION}) | {velocity}
         return symbols - self._points.given.keys()
 
     def _ordered(self, symbols: set[sympy.Symbol]) -> list[sympy.Symbol]:
+        """Return symbols in an order that does not depend on their names."""
         return sorted(symbols, key=lambda symbol: self._points.places.get(symbol, -1))
 
     def _solvable(self, feature: Feature) -> list[sympy.Symbol]:
+        """Return the free symbols for which a feature can be solved, in order."""
         return self._ordered(self._without_direction(feature.symbols))
 
     def cycle(self, number: int, *, decimals: bool = False) -> Iterator[DrawnPoint]:
-        """Return points over the decades, and some at each feature; other ones in each cycle."""
+        """Return the points of cycle `number`; each cycle has new ones.
+
+        First come points over the decades of all symbols, then points at the features that a single
+        symbol decides, then points at features of several symbols.
+
+        Parameters
+        ----------
+        number : int
+        decimals : bool
+            Whether declared decimals are changed as by rounding, in the second value of each
+            number.
+        """
         first = turn = number * _SCALE
         for turn in range(first, first + _DECADES):
             yield self._drawn(turn, {}, decimals=decimals)
@@ -114,14 +138,18 @@ class CoveringPoints:
                     yield self._drawn(turn, placed, decimals=decimals)
 
     def _of_several_symbols(self, number: int) -> list[Feature]:
-        """Return features to be solved for one of several symbols: first those not shown."""
+        """Return the features of several symbols for which one cycle finds points.
+
+        These are 12 features, others in each cycle, and all features that no point has shown so
+        far.
+        """
         several = [feature for feature, symbols in self._symbols.items() if len(symbols) > 1]
         start = number * _MOST_SOLVED % max(len(several), 1)
         shown = [*several[start:], *several[:start]][:_MOST_SOLVED]
         return [*shown, *(f for f in several if f not in shown and not self._is_shown(f))]
 
     def observe(self, point: DrawnPoint) -> None:
-        """Record the features that a point shows."""
+        """Record which features a point shows, and on which side of a kink."""
         for feature, seen in self._seen.items():
             if not self._is_shown(feature):
                 with contextlib.suppress(*CANNOT):
@@ -133,23 +161,42 @@ class CoveringPoints:
                         seen.add(numbers.one)
 
     def unresolved(self, columns: Iterable[int]) -> list[Feature]:
-        """Return the features of some functions that no point has shown so far."""
+        """Return the features at which functions may still differ.
+
+        These are features that were not shown by points on both sides of a kink, or in a
+        transition, and features whose kinks are at unknown places. A kink whose value never changes
+        its sign is left out.
+
+        Parameters
+        ----------
+        columns : iterable of int
+            Indices of the functions.
+        """
         # A value that may be 0 in several places, or along a line, was perhaps not evaluated there.
         needed = self.needed(columns)
         open_ = [f for f in needed if not (f.has_known_places and self._is_shown(f))]
         return [f for f in open_ if not (f.sharp and f.is_one_sided)]
 
     def needed(self, columns: Iterable[int]) -> list[Feature]:
-        """Return the features of some functions beyond which the functions may differ."""
+        """Return the features beyond which functions may differ.
+
+        Parameters
+        ----------
+        columns : iterable of int
+            Indices of the functions.
+        """
         own = dict.fromkeys(feature for j in columns for feature in self._of[j])
         return [feature for feature in own if feature.needed and self._symbols[feature]]
 
     def _is_shown(self, feature: Feature) -> bool:
-        """Return whether points on both sides, or in a transition, were evaluated."""
+        """Return whether points on both sides of a kink, or in a transition, were evaluated."""
         return len(self._seen[feature]) == (2 if feature.sharp else 1)
 
     def _drawn(self, turn: int, placed: dict[sympy.Symbol, Any], *, decimals: bool) -> DrawnPoint:
-        """Return a point at which some symbols have a place; the others may have one too."""
+        """Return point number `turn`, with the given numbers of some symbols.
+
+        The other symbols get numbers from `_anywhere`.
+        """
         values = {symbol: exactly(place) for symbol, place in placed.items()}
         for symbol in self.symbols:
             if symbol not in values:
@@ -157,7 +204,11 @@ class CoveringPoints:
         return DrawnPoint(self._points, turn, values, decimals=decimals)
 
     def _anywhere(self, symbol: sympy.Symbol, turn: int) -> Any:
-        """Return a number of a symbol: at one of its places, of moderate size, or of any decade."""
+        """Return a number of a symbol for point number `turn`.
+
+        It is a place of one of the symbol's features, a number of moderate size, or one of any
+        decade.
+        """
         if symbol in self.moderate:
             return self._points.generic(symbol, turn)
         about = str(self._points.places.get(symbol, -1))
@@ -176,7 +227,7 @@ class CoveringPoints:
         return -size if turned else size
 
     def _places(self, symbol: sympy.Symbol, number: int) -> list[Any]:
-        """Return places of the features that one symbol alone decides, other ones in each cycle."""
+        """Return numbers of a symbol that show features that it alone decides, for one cycle."""
         key = (symbol, number)
         if key not in self._lines:
             own = [f for f, symbols in self._symbols.items() if symbols == [symbol]]
@@ -185,6 +236,16 @@ class CoveringPoints:
         return self._lines[key]
 
     def _along(self, symbol: sympy.Symbol, own: Sequence[Feature], number: int) -> list[Any]:
+        """Return numbers of a symbol between its kinks, and in the transitions of smooth functions.
+
+        Parameters
+        ----------
+        symbol : sympy.Symbol
+        own : sequence of Feature
+            Features that this symbol alone decides.
+        number : int
+            Number of the cycle.
+        """
         if symbol not in self._kinks:
             self._kinks[symbol] = self._found_kinks(symbol, own)
         kinks, turn = self._kinks[symbol], number * _SCALE
@@ -200,7 +261,11 @@ class CoveringPoints:
         return found
 
     def _found_kinks(self, symbol: sympy.Symbol, own: Sequence[Feature]) -> list[Any]:
-        """Return where the features that one symbol alone decides are 0, inner ones first."""
+        """Return numbers of a symbol at which the kinks that it alone decides are.
+
+        The search is repeated after each feature with kinks, on a grid that includes the kinks
+        found.
+        """
         kinks: list[Any] = []
         spots = self._spots(symbol, _grid(()))
         for feature in own:
@@ -221,7 +286,19 @@ class CoveringPoints:
         placed: Mapping[sympy.Basic, Value] | None = None,
         turn: int = 0,
     ) -> "_Spots":
-        """Return points at which a symbol has the numbers of a grid, shared by all features."""
+        """Return points at which a symbol has the numbers of a grid, for use by several features.
+
+        Parameters
+        ----------
+        symbol : sympy.Symbol
+        grid : iterable of number
+        before : _Spots, optional
+            Points that were evaluated earlier and are used again.
+        placed : mapping, optional
+            Numbers of other symbols.
+        turn : int
+            Number of the point, from which the remaining numbers are drawn.
+        """
         known = before.points if before else {}
         fixed = placed or {}
         spots = _Spots(symbol, fixed, turn, {})
@@ -231,11 +308,15 @@ class CoveringPoints:
         return spots
 
     def _spot(self, spots: "_Spots", place: Any) -> DrawnPoint:
+        """Return the point at which the symbol of `spots` has the number `place`."""
         placed = {**spots.placed, spots.symbol: exactly(place)}
         return DrawnPoint(self._points, spots.turn, placed, decimals=False)
 
     def _solved(self, feature: Feature, spots: "_Spots", target: Any = 0) -> list[Any]:
-        """Return places of a symbol at which a feature has a value."""
+        """Return numbers of a symbol at which the value of a feature is `target`.
+
+        They are searched between the points of `spots`.
+        """
 
         def value(place: Any) -> Any:
             there = spots.points.get(place) or self._spot(spots, place)
@@ -250,7 +331,19 @@ class CoveringPoints:
         return []
 
     def _placed(self, feature: Feature, side: int, turn: int) -> dict[sympy.Symbol, Any]:
-        """Return a point next to a kink or in a transition that several symbols decide."""
+        """Return numbers of all symbols that show a feature of several symbols.
+
+        One of the symbols is solved for, the others are drawn. For a kink, the number is moved a
+        little to the given side. The result is empty if no number is found.
+
+        Parameters
+        ----------
+        feature : Feature
+        side : int
+            1 or -1: side of the kink, or sign of the value in the transition.
+        turn : int
+            Number of the point.
+        """
         symbols = self._symbols[feature]
         values = {s: self._anywhere(s, turn) for s in self.symbols}
         order = sorted(symbols, key=lambda s: drawn(turn, "solved", str(self._points.places[s])))
@@ -272,7 +365,17 @@ class CoveringPoints:
 
 @dataclass(frozen=True, slots=True)
 class _Spots:
-    """Points along a symbol, by its number."""
+    """Points along one symbol, by the number of the symbol.
+
+    Attributes
+    ----------
+    symbol : sympy.Symbol
+    placed : mapping of sympy.Basic to Value
+        Numbers of other symbols, the same at all points.
+    turn : int
+        Number of the point, from which the remaining numbers are drawn.
+    points : dict of number to DrawnPoint
+    """
 
     symbol: sympy.Symbol
     placed: Mapping[sympy.Basic, Value]
@@ -281,7 +384,7 @@ class _Spots:
 
 
 def _value(point: DrawnPoint, feature: Feature) -> Value:
-    """Return the value of a feature, and the value with rounding."""
+    """Return the value of a feature at a point, and the value as changed by rounding."""
     if len(feature.parts) == 1:
         return point(feature.parts[0])
     (one, one_off), (other, other_off) = map(point, feature.parts)
@@ -289,28 +392,28 @@ def _value(point: DrawnPoint, feature: Feature) -> Value:
 
 
 def _grid(kinks: Iterable[Any]) -> list[Any]:
-    """Return places over the decades, of both signs, and kinks and the middles between them."""
+    """Return numbers over the decades, of both signs, with kinks and the middles between them."""
     between = [(low + high) / 2 for low, high in pairwise(kinks)]
     return sorted({numbers.zero, *_GRID, *(-x for x in _GRID), *kinks, *between})
 
 
 def _target(turn: int, sign: int) -> Any:
-    """Return a value of the argument at which a smooth function shows its transition."""
+    """Return an argument, of given sign, at which a smooth function is in its transition."""
     low, high = (numbers.log(size) for size in _TRANSITION)
     return sign * numbers.exp(low + (high - low) * (drawn(turn, "target", str(sign)) - 0.5))
 
 
 def _inside(low: Any, high: Any, share: Any, *, middle: bool) -> list[Any]:
-    """Return places between two neighbouring kinks, or beyond the last one.
+    """Return two numbers between two neighbouring kinks, or beyond the outermost one.
 
     Parameters
     ----------
     low, high : number or None
-        None beyond the last.
+        The neighbouring kinks; None beyond the outermost one.
     share : number
-        Between 1/2 and 3/2.
+        Random number between 1/2 and 3/2 that decides the distances from the kinks.
     middle : bool
-        Whether one of them is in the middle.
+        Whether one of the two numbers is in the middle between two kinks.
     """
     if low is None and high is None:
         return []

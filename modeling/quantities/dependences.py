@@ -1,9 +1,12 @@
 """Linear dependences between functions: found at points, and used only with evidence.
 
-Functions that agree at a few points need not be equal. A dependence holds by algebra, if it holds
-with independent numbers in place of all functions; otherwise it must hold at points that cover the
-functions and were not used to find it. If that cannot be shown, the functions are kept, and the
-doubt is reported.
+Functions that agree at a few points need not be equal. A dependence is proved by algebra if it
+holds with independent numbers in place of all functions such as sin or Max. Otherwise it must hold
+at points that cover the functions and were not used to find it. If that cannot be shown, the
+functions are kept, and the doubt is reported.
+
+Each column of a matrix is a function, each row a point. A number is computed twice, exactly and
+with a change by rounding (`Value`).
 """
 
 import contextlib
@@ -69,13 +72,13 @@ class Reduced(NamedTuple):
     Attributes
     ----------
     rows : list of list of Fraction
-        Without zero rows.
+        Rows that are not zero.
     pivots : list of int
-        The column that each row begins with.
+        For each row, the column of its leading 1.
     doubts : list of tuple of int
-        Columns between which a dependence holds at all evaluated points (a single column: which is
-        0 at all of them), but for which no points were found that would show a difference. The last
-        of each has its own row.
+        Groups of columns that are linearly dependent at all evaluated points, although no points
+        were found that could show a difference (a single column: it is 0 at all of them). The last
+        column of each group has its own row, as if it were independent.
     rounded : bool
         Whether a dependence holds only up to products of decimals that the user rounded.
     """
@@ -110,7 +113,9 @@ def reduced_functions(
     given: Mapping[sympy.Symbol, sympy.Rational] | None = None,
     differing: Sequence[Mapping[sympy.Symbol, Any]] = (),
 ) -> Reduced:
-    """Return the reduced row echelon form of functions: the combinations that are 0 everywhere.
+    """Return the reduced row echelon form of functions.
+
+    A column without a pivot is everywhere the sum of other columns with the weights in the rows.
 
     Parameters
     ----------
@@ -120,7 +125,7 @@ def reduced_functions(
     given : mapping of sympy.Symbol to sympy.Rational, optional
         Symbols that have the same numbers at all points.
     differing : sequence of mapping of sympy.Symbol to number
-        Points that count as evidence from the start.
+        Points that are evaluated in addition, because functions were found to differ there.
 
     Raises
     ------
@@ -130,6 +135,7 @@ def reduced_functions(
         There are too many functions.
     """
     numbered = {s: exactly(numbers.mpf(x.p) / x.q) for s, x in (given or {}).items()}
+    # Rational multiples of one function are reduced only once.
     multiples = [function.as_coeff_Mul(rational=True) for function in functions]
     distinct = list(dict.fromkeys(function for share, function in multiples if share))
     _check_size(len({f.as_coeff_Mul()[1] for f in distinct}), len(functions))
@@ -141,7 +147,17 @@ def reduced_functions(
 
 
 def _of_multiples(distinct: Reduced, shares: Sequence[Fraction], places: Sequence[int]) -> Reduced:
-    """Return the reduced form of multiples, each a share of the function in its place."""
+    """Return the reduced form of multiples of functions whose reduced form is known.
+
+    Parameters
+    ----------
+    distinct : Reduced
+        Reduced form of the distinct functions.
+    shares : sequence of Fraction
+        The factor of each multiple.
+    places : sequence of int
+        For each multiple, the index of its distinct function.
+    """
     first: dict[int, int] = {}
     for j, (share, place) in enumerate(zip(shares, places, strict=True)):
         if share:
@@ -158,7 +174,16 @@ def _of_multiples(distinct: Reduced, shares: Sequence[Fraction], places: Sequenc
 
 
 def unmerged(reduced: Reduced, size: int) -> Reduced:
-    """Return the functions with a row for each; a former sum of others becomes a doubt."""
+    """Return a reduced form in which each function has its own row.
+
+    A function that was a sum of others becomes a doubt, together with these others.
+
+    Parameters
+    ----------
+    reduced : Reduced
+    size : int
+        Number of functions.
+    """
     doubts = list(reduced.doubts)
     for j in range(size):
         if j not in reduced.pivots:
@@ -168,7 +193,7 @@ def unmerged(reduced: Reduced, size: int) -> Reduced:
 
 
 def vanishes(expression: sympy.Expr) -> bool:
-    """Return whether an expression is 0; False without a finite value or in doubt."""
+    """Return whether an expression is 0 everywhere; False in doubt or without a finite value."""
     if expression == 0:
         return True
     reduction = _Reduction([expression], None, {})
@@ -182,12 +207,19 @@ def vanishes(expression: sympy.Expr) -> bool:
 
 
 def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
-    """Return whether an expression changes with symbols; True without a finite value."""
+    """Return whether an expression changes with symbols; True in doubt or without a value."""
     others = {s: sympy.Symbol(f"other {s.name}", **s.assumptions0) for s in symbols}
     return not vanishes(expression - replaced(expression, others))
 
 
 def _check_size(independent: int, columns: int) -> None:
+    """Refuse a reduction that would take too long.
+
+    Parameters
+    ----------
+    independent, columns : int
+        Number of rows, and of columns.
+    """
     if independent**2 * columns > _MOST_STEPS:
         raise ModelError(
             "the parameters enter in too many products and sums to find the identifiable ones. "
@@ -196,7 +228,19 @@ def _check_size(independent: int, columns: int) -> None:
 
 
 class _Reduction:
-    """The dependences of functions, and the evidence for each."""
+    """Search for the linear dependences of functions, with the evidence for each.
+
+    Parameters
+    ----------
+    functions : sequence of sympy.Expr
+        One function for each column.
+    velocity : sympy.Symbol or None
+        Symbol whose sign is the friction direction; None without one.
+    given : mapping of sympy.Symbol to Value
+        Symbols that have the same numbers at all points.
+    differing : sequence of mapping of sympy.Symbol to number
+        Points that are evaluated in addition.
+    """
 
     def __init__(
         self,
@@ -217,7 +261,11 @@ class _Reduction:
         return CoveringPoints(self.points, self.functions)
 
     def is_nothing_everywhere(self) -> bool:
-        """Return whether the first function is 0 everywhere, given that it is 0 at a few points."""
+        """Return whether the first function is 0 everywhere, given that it is 0 at a few points.
+
+        It is 0 by algebra, or at points that cover it; features that no point shows must not
+        matter.
+        """
         nothing: _Weights = {0: {}}
         if self._holds_with(_outer_functions(self.functions), nothing, 0, decimals=True):
             return True
@@ -230,10 +278,13 @@ class _Reduction:
         return not doubtful or self._holds_with(doubtful, nothing, 0, decimals=True)
 
     def result(self) -> Reduced:
-        """Return the dependences for which there is evidence.
+        """Return the reduced form with the dependences for which there is evidence.
 
-        Decimals are taken as exact first. Functions that are then independent may still be equal up
-        to products of decimals that the user rounded.
+        First the rank at a few points is computed: if it is full, all functions are independent.
+        Then the dependences that hold by algebra are used, if they are all. Otherwise cycles of
+        covering points test the dependences, with decimals taken as exact. Functions that are then
+        independent may still be equal up to products of decimals that the user rounded, and these
+        are merged last.
         """
         size = len(self.columns)
         points = [*self._first_points(size), *self._differing_points()]
@@ -255,23 +306,26 @@ class _Reduction:
         return _reduced(table, doubts, rounded=len(table) < exact)
 
     def _all_apart(self) -> Reduced:
-        """Return each function as independent."""
+        """Return the reduced form in which every function is independent."""
         return _reduced({j: _unit(j, len(self.columns)) for j in self.columns})
 
     def _echelon_at(
         self, points: Iterable[DrawnPoint], columns: Sequence[int] | None = None
     ) -> _Echelon:
-        """Return the reduced row echelon form of the values at points, for some of the columns."""
+        """Return the reduced row echelon form of the values at points, for some or all columns."""
         rows = [row for point in points for row in self._rows(point)]
         return _echelon(rows, self.columns if columns is None else columns)
 
     def _first_points(self, wanted: int) -> list[DrawnPoint]:
-        """Return the given number of points of moderate size.
+        """Return points at which the symbols have numbers of moderate size.
+
+        The wanted number of points with real values is returned, if there are as many; otherwise
+        all points that were found.
 
         Raises
         ------
         NotRealError
-            There are none.
+            The functions have no finite value at any point.
         """
         failures = 0
         real: list[DrawnPoint] = []
@@ -294,14 +348,14 @@ class _Reduction:
         return found
 
     def _differing_points(self) -> list[DrawnPoint]:
-        """Return the points that are given as evidence."""
+        """Return the points of `differing`, at which the functions are to be evaluated too."""
         return [
             DrawnPoint(self.points, turn, {symbol: exactly(x) for symbol, x in place.items()})
             for turn, place in enumerate(self._differing)
         ]
 
     def _values(self, point: DrawnPoint) -> _Row:
-        """Return the values of the functions; none if one has no finite value."""
+        """Return the values of the functions at a point; empty if one has no finite value."""
         try:
             row = [point(function) for function in self.functions]
         except CANNOT:
@@ -310,7 +364,11 @@ class _Reduction:
         return row if finite else []
 
     def _rows(self, point: DrawnPoint) -> list[_Row]:
-        """Return the values as rows; real and imaginary parts separately, if hardly ever real."""
+        """Return the values of the functions at a point as rows of the matrix.
+
+        There is one row of real parts, and one of imaginary parts if the functions are hardly ever
+        real. Otherwise a point with values that are not real gives no row.
+        """
         row = self._values(point)
         if not row or (self._only_real and not point.is_real):
             return []
@@ -320,12 +378,23 @@ class _Reduction:
         return rows
 
     def _opaque_rows(self) -> list[_Row]:
-        """Return values with independent numbers in place of all functions."""
+        """Return rows with independent numbers in place of all functions such as sin or Max."""
         nodes = _outer_functions(self.functions)
         turns = range(len(self.columns) + _SPARE_ROWS)
         return [row for turn in turns for row in self._opaque(nodes, turn, decimals=False)]
 
     def _opaque(self, nodes: Sequence[sympy.Basic], turn: int, *, decimals: bool) -> list[_Row]:
+        """Return the rows of a point at which parts of the functions have independent numbers.
+
+        Parameters
+        ----------
+        nodes : sequence of sympy.Basic
+            Parts of the functions.
+        turn : int
+            Number of the point.
+        decimals : bool
+            Whether declared decimals are changed as by rounding.
+        """
         placed = {
             node: exactly(drawn(turn, "function", str(place)) * (-1) ** (turn + place))
             for place, node in enumerate(nodes)
@@ -335,17 +404,38 @@ class _Reduction:
     def _holds_with(
         self, nodes: Sequence[sympy.Basic], weights: "_Weights", j: int, *, decimals: bool = False
     ) -> bool:
-        """Return whether a dependence holds with independent numbers in place of some functions."""
+        """Return whether a dependence holds with independent numbers in place of some functions.
+
+        Parameters
+        ----------
+        nodes : sequence of sympy.Basic
+            Functions that are replaced by numbers.
+        weights : dict
+            Weights of other columns, by the column that is their sum.
+        j : int
+            The dependent column.
+        decimals : bool
+            Whether declared decimals are changed as by rounding.
+        """
         rows = [row for k in range(_FEW) for row in self._opaque(nodes, k, decimals=decimals)]
         return bool(rows) and not any(_remainder(row, j, weights[j]) for row in rows)
 
     def _with_evidence(
         self, points: list[DrawnPoint], algebra: _Echelon
     ) -> tuple[_Echelon, dict[int, tuple[int, ...]]]:
-        """Return dependences, and those of them that remain in doubt, by their column.
+        """Return the echelon form after tests at covering points, and doubts by dependent column.
 
-        Each cycle of points tests the dependences found before it; one that fails at a point adds a
-        row. A dependence shown by algebra needs no points.
+        Each cycle of points tests the dependences that were found before it. A dependence that
+        fails at a point adds a row, and the echelon form is computed again. The tests end when no
+        dependence fails, or when as many rows are independent as by algebra. A doubt is the group
+        of columns of a dependence that did not fail but is not shown either.
+
+        Parameters
+        ----------
+        points : list of DrawnPoint
+            First points; further ones are added.
+        algebra : dict
+            Echelon form of the dependences that hold by algebra.
         """
         size = len(self.columns)
         rows = [row for point in points for row in self._rows(point)]
@@ -365,6 +455,7 @@ class _Reduction:
                         more.append((max(left.values()), row, point))
             if not failed:
                 break
+            # Add the points with the largest remainders, and some of all others.
             more.sort(key=itemgetter(0), reverse=True)
             chosen = [*more[: 2 * size], *more[2 * size :: max(1, len(more) // (2 * size))]]
             rows += [row for _, row, _ in chosen]
@@ -379,7 +470,12 @@ class _Reduction:
         return found, doubts
 
     def _is_shown(self, j: int, weights: "_Weights") -> bool:
-        """Return whether a dependence at all points is more than a coincidence."""
+        """Return whether a dependence that holds at all points is more than a coincidence.
+
+        Its weights must be simple fractions, unless numbers were declared. The points must have
+        shown all features of its functions, or the dependence must hold without the functions that
+        were not shown.
+        """
         simple = all(map(_is_simple, weights[j].values()))
         if not (simple or self.points.given or _has_numbers(self.functions)):
             return False
@@ -390,7 +486,7 @@ class _Reduction:
         return not doubtful or self._holds_with(doubtful, weights, j)
 
     def _cancels(self, function: sympy.Expr) -> bool:
-        """Return whether a function that is zero has terms that are not."""
+        """Return whether a function that is 0 at all points has terms that are not 0."""
         terms, seen = sympy.Add.make_args(function), 0
         for point in self.covering.cycle(1):
             with contextlib.suppress(*CANNOT):
@@ -400,7 +496,17 @@ class _Reduction:
     def _merge_rounded(
         self, table: dict[int, Row], points: Sequence[DrawnPoint], doubts: Mapping[int, Any]
     ) -> None:
-        """Merge functions that are equal except for decimals that the user rounded."""
+        """Merge functions that are equal except for decimals that the user rounded.
+
+        Parameters
+        ----------
+        table : dict
+            Rows by their pivot; the row of a merged function is removed, and added to others.
+        points : sequence of DrawnPoint
+            Points at which such dependences are found.
+        doubts : mapping
+            Columns in doubt, which are not merged.
+        """
         columns = [j for j in sorted(table) if j not in doubts]
         with numbers.workprec(numbers.prec // 2):
             again = [point.again(decimals=True) for point in points]
@@ -426,18 +532,21 @@ def _reduced(
     *,
     rounded: bool = False,
 ) -> Reduced:
-    """Return rows by their pivots, in ascending order."""
+    """Return a reduced form from rows by their pivots and doubts by their column."""
     pivots = sorted(table)
     left = list(doubts.values()) if doubts else []
     return Reduced([table[j] for j in pivots], pivots, left, rounded)
 
 
-#: Weights with which a column is the sum of others, by that column.
+#: By dependent column: the weights of the columns of which it is the sum.
 _Weights: TypeAlias = dict[int, dict[int, Any]]
 
 
 def _outer_functions(functions: Sequence[sympy.Expr]) -> list[sympy.Basic]:
-    """Return the nodes that are no rational operation, and are not inside another such node."""
+    """Return the outermost parts of functions that are no sum, product or whole power.
+
+    The friction direction is such a part too.
+    """
     found: dict[sympy.Basic, None] = {}
     for function in functions:
         walk = sympy.preorder_traversal(function)
@@ -451,10 +560,12 @@ def _outer_functions(functions: Sequence[sympy.Expr]) -> list[sympy.Basic]:
 
 
 def _nodes(features: Sequence[Feature]) -> list[sympy.Basic]:
+    """Return the functions to which features belong, each once."""
     return list(dict.fromkeys(feature.node for feature in features))
 
 
 def _has_decimals(functions: Sequence[sympy.Expr]) -> bool:
+    """Return whether a decimal was declared that is not a whole number."""
     return any(is_decimal(number) for f in functions for number in f.atoms(sympy.Float))
 
 
@@ -469,11 +580,15 @@ def _has_numbers(functions: Sequence[sympy.Expr]) -> bool:
 
 
 def _unit(j: int, size: int) -> Row:
+    """Return a row of the given size with a 1 in column `j`."""
     return [Fraction(int(i == j)) for i in range(size)]
 
 
 def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
-    """Return the reduced row echelon form of given columns, with the surest pivots."""
+    """Return the reduced row echelon form, by pivot column, for pivots in the given columns.
+
+    In each column the entry with the most digits above rounding is the pivot.
+    """
     left, off = list(rows), rounding(0)
     found: _Echelon = {}
     for j in columns:
@@ -495,7 +610,7 @@ def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
 
 
 def _sureness(value: Value) -> tuple[int, Any]:
-    """Return the binary digits of a number that are not rounding, and its size."""
+    """Return the binary digits of a number that rounding does not change, and its size."""
     number, moved = value
     change = number - moved
     digits = numbers.mag(number) - numbers.mag(change) if change else numbers.prec
@@ -503,7 +618,7 @@ def _sureness(value: Value) -> tuple[int, Any]:
 
 
 def _minus_multiple(row: _Row, lead: _Row, j: int) -> _Row:
-    """Subtract from a row the multiple of another row with a 1 in column j."""
+    """Return a row minus the multiple of `lead`, which has a 1 in column `j`, so that `j` is 0."""
     share, moved = row[j]
     if not share and not moved:
         return row
@@ -514,7 +629,7 @@ def _minus_multiple(row: _Row, lead: _Row, j: int) -> _Row:
 
 
 def _weights(found: _Echelon, columns: Iterable[int]) -> _Weights:
-    """Return the weights of the columns without a pivot in those with one."""
+    """Return, for each column without a pivot, its weights in the columns with one."""
     return {
         j: {p: _simplified(row[j][0]) for p, row in sorted(found.items()) if row[j][0]}
         for j in columns
@@ -523,7 +638,19 @@ def _weights(found: _Echelon, columns: Iterable[int]) -> _Weights:
 
 
 def _remainder(row: _Row, j: int, weights: Mapping[int, Any], *, rounded: bool = False) -> Any:
-    """Return the share of a column outside the span of others, 0 if it may be rounding."""
+    """Return the part of column `j` that a weighted sum of others does not explain.
+
+    It is relative to the size of the terms, and 0 if rounding may explain it.
+
+    Parameters
+    ----------
+    row : row of Value
+    j : int
+    weights : mapping of int to number
+        Weights of the other columns.
+    rounded : bool
+        Whether decimals may be products that the user rounded.
+    """
     value, moved = row[j]
     terms = [weight * row[p][0] for p, weight in weights.items()]
     noise = sum((abs(w * (row[p][0] - row[p][1])) for p, w in weights.items()), abs(value - moved))
@@ -535,22 +662,24 @@ def _remainder(row: _Row, j: int, weights: Mapping[int, Any], *, rounded: bool =
 
 
 def _fractions(row: _Row, without: Collection[int]) -> Row:
+    """Return a row as fractions, with 0 in the columns `without`."""
     return [Fraction(0) if j in without or not x else _fraction(x) for j, (x, _) in enumerate(row)]
 
 
 def _simplified(number: Any) -> Any:
-    """Return a number, as a simple fraction if it is one except for the last digits."""
+    """Return a number, rounded to a simple fraction if only its last digits differ from it."""
     fraction = _fraction(number)
     return numbers.mpf(fraction.numerator) / fraction.denominator
 
 
 def _is_simple(number: Any) -> bool:
+    """Return whether a number is a fraction of numbers too small for a coincidence."""
     fraction = _fraction(number)
     return abs(fraction.numerator) * fraction.denominator <= _SHORT
 
 
 def _fraction(number: Any) -> Fraction:
-    """Return a number as a fraction, a simple one if it is one except for the last digits."""
+    """Return a number as a fraction; a simple one if only the last digits differ from it."""
     size = numbers.mag(number)
     if abs(size) > _LARGEST:
         number = numbers.ldexp(numbers.sign(number), max(-_LARGEST, min(size, _LARGEST)))

@@ -58,13 +58,17 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
 
 
 def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
-    """Return functions whose zeros are where a step or a choice may jump with the velocity."""
+    """Return functions of the velocity that are 0 where a step or a Piecewise may jump."""
     kinks = node.atoms(Relational) if isinstance(node, sympy.Piecewise) else [node]
     yield from (x for kink in kinks for x in deciding(kink) if velocity in x.free_symbols)
 
 
 def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) -> bool:
-    """Return whether a force is equal on both sides of an edge, at every place found."""
+    """Return whether a force has equal values on both sides of an edge.
+
+    The edge is where the function `edge` of the velocity is 0. It is searched at several points of
+    the other symbols. The result is False if no edge is found.
+    """
     others = (force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}
     jumps: list[float] = []
     for turn in range(_POINTS):
@@ -75,13 +79,22 @@ def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) 
 
 
 def _number(symbol: sympy.Symbol, turn: int) -> Any:
-    """Return a number for a symbol, first positive, then of either sign."""
+    """Return a number for a symbol at point `turn`: positive at the first two, then of any sign."""
     turned = turn > 1 and drawn(turn, "turned", symbol.name) < 1
     return -drawn(turn, symbol.name) if turned else drawn(turn, symbol.name)
 
 
 def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any]:
-    """Return velocities at which a function changes its sign, as far as they are found."""
+    """Return velocities at which a function changes its sign, as far as they are found.
+
+    Parameters
+    ----------
+    edge : sympy.Expr
+        The function.
+    velocity : sympy.Symbol
+    point : mapping of sympy.Symbol to number
+        Numbers of all other symbols.
+    """
     found: list[Any] = []
 
     def value(place: Any) -> Any:
@@ -98,11 +111,15 @@ def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any
 
 
 def _beside(place: Any) -> Any:
+    """Return the distance from a velocity at which the two sides of an edge are evaluated."""
     return _BESIDE * max(abs(place), 1)
 
 
 def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float:
-    """Return the jump of a force there, over the force's size; NaN where it has no value."""
+    """Return the jump of a force at a velocity, relative to its size nearby.
+
+    NaN if it has no value there.
+    """
     beside, apart = _beside(place), 1 + abs(place)
     direction = numbers.sign(place) if abs(place) > beside else _AT_REST
     above, below, *others = (
@@ -145,7 +162,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
 
 
 def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
-    """Return the derivative away from the places where an expression jumps."""
+    """Return the derivative of an expression, without the impulses at its jumps."""
     derivative = _derivative(value, variable, {})
     return derivative.xreplace(dict.fromkeys(derivative.atoms(sympy.DiracDelta), sympy.S.Zero))
 
@@ -178,7 +195,7 @@ def _derivative(
 
 
 def _partial(value: sympy.Expr, argument: sympy.Expr) -> sympy.Expr:
-    """Return the derivative of a product, a power or a kink by one of its arguments."""
+    """Return the derivative of a product, power or kink with respect to one of its arguments."""
     others = [other for other in value.args if other != argument]
     if value.is_Mul:
         return sympy.Mul(*others)
@@ -200,7 +217,7 @@ _KINKS = (Max, Min, *_RATES)
 
 
 def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
-    """Return the nodes with kinks that are not within others."""
+    """Return the kinks of an expression that are not inside other kinks."""
     walk = sympy.preorder_traversal(value)
     for node in walk:
         if isinstance(node, _KINKS):

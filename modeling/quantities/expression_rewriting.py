@@ -17,7 +17,7 @@ _LARGEST = sympy.Float(2.0**64)
 
 
 def joined_exponential(product: sympy.Mul) -> tuple[sympy.Expr, sympy.Expr] | None:
-    """Move the number before an exponential into its exponent.
+    """Return a product with its number moved into the exponent of its exponential.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ def joined_exponential(product: sympy.Mul) -> tuple[sympy.Expr, sympy.Expr] | No
     Returns
     -------
     tuple of two sympy.Expr, or None
-        The other factors, with the number's sign, and the exponent; None where no exponential is
-        among the factors, or none of the numbers is so large or small that it must go there.
+        The other factors with the number's sign, and the new exponent. None if there is no
+        exponential, or if the number is between 2**-64 and 2**64 in size and can stay.
     """
     number, *factors = product.args
     if not number.is_Float or number == 0 or 1 / _LARGEST <= abs(number) <= _LARGEST:
@@ -58,7 +58,7 @@ def multiplied_out(value: sympy.Expr, *, powers: bool = True) -> sympy.Expr:
 
 
 def _terms(value: sympy.Expr) -> int:
-    """Return a bound on the terms of an expression; it stops at one more than allowed."""
+    """Return an upper bound on the terms of an expression multiplied out, 501 at most."""
     most, parts = _MOST_TERMS + 1, [_terms(argument) for argument in value.args]
     if value.is_Add:
         return min(sum(parts), most)
@@ -76,7 +76,7 @@ _ANYWHERE = (sympy.S.Zero, sympy.S.One, sympy.Integer(2), sympy.Integer(-3))
 
 
 def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:
-    """Return an expression in a form without the symbols; None if it depends on one."""
+    """Return an expression in a form without given symbols; None if it depends on one."""
     inside = value.free_symbols & symbols
     if not inside:
         return value
@@ -87,10 +87,17 @@ def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr
 
 
 def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr | None:
-    """Return the value of an expression, affine in symbols with these slopes, where they are 0.
+    """Return the value of an affine expression where its symbols are 0.
 
-    As (p**2 + p x)/p where p is 0, which is x + p: where that is not finite as it is written, it
-    follows from another place. None if it is finite at none that was tried.
+    If it is not finite there as written, such as ``(p**2 + p x)/p``, which is ``x + p``, the value
+    follows from another number of the symbols and the slopes. None if it is finite at no number
+    tried.
+
+    Parameters
+    ----------
+    value : sympy.Expr
+    slopes : mapping of sympy.Symbol to sympy.Expr
+        Slope of the expression for each symbol.
     """
     for place in _ANYWHERE:
         there = where(value, slopes.keys(), place)
@@ -102,6 +109,6 @@ def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> s
 def where(
     value: sympy.Expr, symbols: AbstractSet[sympy.Symbol], place: sympy.Integer = sympy.S.Zero
 ) -> sympy.Expr | None:
-    """Return an expression where all the symbols have a number; None if it is not finite there."""
+    """Return an expression with one number for all given symbols; None if it is not finite."""
     there = value.xreplace(dict.fromkeys(symbols, place))
     return None if there.has(*_INFINITE) else there

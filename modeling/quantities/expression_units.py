@@ -47,23 +47,31 @@ class UnitsError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class _ExpressionUnit:
-    """A unit, and whether a plain number in the expression may carry a further one."""
+    """The unit of an expression.
+
+    Attributes
+    ----------
+    unit : Unit
+    loose : bool
+        Whether a plain number in the expression may stand for a quantity with a further unit.
+    """
 
     unit: Unit
     loose: bool = False
 
 
 class UnitReader:
-    """Reads the units of expressions.
+    """Finds the units of expressions.
 
     Parameters
     ----------
     units : mapping of sympy.Symbol to Unit
+        Units of the symbols.
     loose_numbers : bool
-        Whether a plain number may carry a unit.
+        Whether a plain number may stand for a quantity with a unit.
     of_numbers : bool
-        Whether only plain numbers can carry the unit, because there are no parameters and
-        constants: their values then do not matter.
+        Whether the expression has no parameters and constants. Then only plain numbers can carry
+        its unit, and 1, 2 and 1/2 may do so too.
 
     Attributes
     ----------
@@ -84,7 +92,7 @@ class UnitReader:
         self.excused: list[Unit] = []
 
     def unit(self, expression: sympy.Expr) -> Unit:
-        """Return the unit of an expression; without units it is that of a number.
+        """Return the unit of an expression; an expression without units has that of a number.
 
         Raises
         ------
@@ -94,7 +102,7 @@ class UnitReader:
         return self._read(expression).unit
 
     def fits(self, expression: sympy.Expr, wanted: Unit) -> bool:
-        """Return whether an expression has a unit, or a plain number in it can make it so.
+        """Return whether an expression has a unit, or can have it by the unit of a plain number.
 
         Raises
         ------
@@ -106,6 +114,10 @@ class UnitReader:
         return self._is(read, wanted)
 
     def _is(self, read: _ExpressionUnit, wanted: Unit) -> bool:
+        """Return whether a unit is the wanted one, or a plain number can make it so.
+
+        The unit that the plain number must carry is added to `excused`.
+        """
         if read.unit.same_dimension(wanted):
             return True
         if read.loose:
@@ -113,6 +125,7 @@ class UnitReader:
         return read.loose
 
     def _read(self, node: sympy.Basic) -> _ExpressionUnit:
+        """Return the unit of a node of an expression."""
         if isinstance(node, ConstantSymbol):
             return _ExpressionUnit(node.unit)
         if node.is_Symbol:
@@ -128,14 +141,25 @@ class UnitReader:
         return self._applied(node)
 
     def _product(self, parts: list[_ExpressionUnit]) -> _ExpressionUnit:
-        """Return the single unit as it was written; for several, the canonical product."""
+        """Return the unit of a product; a single unit stays as it was written."""
         units = [p.unit for p in parts if not p.unit.same_dimension(NUMBER)]
         return _ExpressionUnit(reduce(mul, units or [NUMBER]), any(p.loose for p in parts))
 
     def _common(
         self, node: sympy.Basic, parts: Iterable[sympy.Basic], does: str
     ) -> _ExpressionUnit:
-        """Return the unit of all parts; a number, such as a rest length, may have any."""
+        """Return the unit that all terms of a sum or a comparison have.
+
+        A plain number, such as a rest length, may stand for any unit.
+
+        Parameters
+        ----------
+        node : sympy.Basic
+        parts : iterable of sympy.Basic
+            The terms.
+        does : str
+            Verb for the message: ``adds``, ``compares``.
+        """
         reads = [
             _ExpressionUnit(NUMBER, self._loose_numbers) if part.is_Number else self._read(part)
             for part in parts
@@ -149,6 +173,10 @@ class UnitReader:
         return first
 
     def _power(self, node: sympy.Pow) -> _ExpressionUnit:
+        """Return the unit of a power, whose exponent must be a number.
+
+        If the base has a unit, the exponent must be a simple fraction.
+        """
         base, power = self._read(node.base), self._read(node.exp)
         if not self._is(power, NUMBER):
             raise UnitsError(f"the power in {node} is in {power.unit}. Give a number.")
@@ -166,6 +194,7 @@ class UnitReader:
         )
 
     def _applied(self, node: sympy.Basic) -> _ExpressionUnit:
+        """Return the unit of a function, and check those of its arguments."""
         if isinstance(node, sympy.Abs):
             return self._read(node.args[0])
         if isinstance(node, _JUMPS):
@@ -187,7 +216,7 @@ class UnitReader:
 
 
 def _is_sign(number: sympy.Expr) -> bool:
-    """Return whether a number is a sign that SymPy made, which nobody wrote as an amount."""
+    """Return whether a number is 1 or -1 as a whole number, the sign of a term in SymPy."""
     return number in (sympy.S.One, sympy.S.NegativeOne) and number.is_Integer
 
 

@@ -1,8 +1,8 @@
 """Places where functions change: kinks, edges of roots, transitions of smooth functions.
 
-A *feature* is a deciding value: the argument of ``Abs``, the difference of two arguments of
-``Max``, the argument of ``tanh``. At a kink, this value is 0; a smooth function such as ``tanh`` is
-almost constant unless its argument is of moderate size.
+A *feature* is the value that decides how a function behaves: the argument of ``Abs``, the
+difference of two arguments of ``Max``, the argument of ``tanh``. At a kink, this value is 0. A
+smooth function such as ``tanh`` is almost constant unless its argument is of moderate size.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -34,13 +34,13 @@ class Feature:
     node : sympy.Basic
         The function.
     parts : tuple of one or two sympy.Expr
-        The value, or two whose difference it is.
+        The value, or two expressions whose difference is the value.
     sharp : bool
-        Whether the function may have a kink, a jump or an edge where the value is 0; else it is
-        smooth, and has its transition where the value is of moderate size.
+        Whether the function may have a kink, a jump or an edge where the value is 0. Otherwise it
+        is smooth, and has its transition where the value is of moderate size.
     needed : bool
-        Whether the function may differ where it was not evaluated: on the other side of a kink, or
-        in its transition.
+        Whether two functions may differ only on the other side of the kink, or only in the
+        transition, so that points must be evaluated there.
     """
 
     node: sympy.Basic
@@ -55,11 +55,11 @@ class Feature:
 
     @property
     def has_known_places(self) -> bool:
-        """Return whether all places are known at which the value is 0 and its function has a kink.
+        """Return whether all kinks of the function are found, so that no other part can differ.
 
-        A smooth function has none. A part of one symbol that is piecewise linear or quadratic is 0
-        between kinks that are known, and one that is linear in each of its symbols along one line.
-        Others may be 0 elsewhere too, except that the angle of a point is one function.
+        True for a smooth function, which has no kink, and for the angle of a point (atan2), which
+        is one function. Otherwise each part must be piecewise linear or quadratic in one symbol, or
+        linear in each of several symbols.
         """
         if not self.sharp or isinstance(self.node, sympy.atan2):
             return True
@@ -67,17 +67,18 @@ class Feature:
 
     @property
     def is_piecewise_linear(self) -> bool:
-        """Return whether the value is linear between kinks, so that it touches 0 only at kinks."""
+        """Return whether the value is piecewise linear, so that it touches 0 only at kinks."""
         return all(map(_is_piecewise_linear, self.parts))
 
     @property
     def is_one_sided(self) -> bool:
-        """Return whether the value's sign is known never to change."""
+        """Return whether the value is known never to change its sign."""
         value = self.parts[0] - self.parts[1] if len(self.parts) > 1 else self.parts[0]
         return bool(value.is_nonnegative or value.is_nonpositive)
 
 
 def _has_known_places(part: sympy.Expr) -> bool:
+    """Return whether all zeros of one part of a feature's value can be found."""
     symbols = part.free_symbols
     if len(symbols) > 1:
         return part.is_polynomial(*symbols) and all(_degree_is(1, part, s) for s in symbols)
@@ -92,6 +93,7 @@ def _degree_is(most: int, part: sympy.Expr, symbol: sympy.Symbol) -> bool:
 
 
 def _is_piecewise_linear(node: sympy.Basic) -> bool:
+    """Return whether an expression is made of symbols, numbers, sums, Abs, Max, Min and sign."""
     if node.is_Symbol or not node.free_symbols:
         return True
     if node.is_Mul:
@@ -123,7 +125,7 @@ def _once(expression: sympy.Basic) -> Iterator[sympy.Basic]:
 
 
 def _features(node: sympy.Basic) -> Iterator[Feature]:
-    """Return the features of one function."""
+    """Return the features of a single function, without those of its arguments."""
     if isinstance(node, _SIGNED):
         yield from _edges(node, needed=True)
     elif isinstance(node, (Max, Min)):
@@ -144,7 +146,7 @@ def _features(node: sympy.Basic) -> Iterator[Feature]:
 
 
 def _of_function(node: sympy.Function) -> Iterator[Feature]:
-    """Return the features of a smooth function, of which some have edges."""
+    """Return the features of a smooth function, and the edges of log, asin and acos."""
     if isinstance(node, sympy.atan2):
         for argument in node.args:
             yield Feature(node, (argument,), sharp=True, needed=argument == node.args[0])
@@ -159,13 +161,16 @@ def _of_function(node: sympy.Function) -> Iterator[Feature]:
 
 
 def _edges(node: sympy.Expr, *, needed: bool) -> Iterator[Feature]:
-    """Return one feature for each factor of a function's argument."""
+    """Return one feature for each factor of a function's argument, with a kink where it is 0."""
     for factor in _factors(node.args[0]):
         yield Feature(node, (factor,), sharp=True, needed=needed)
 
 
 def _scaled_exponentials(product: sympy.Mul) -> Iterator[Feature]:
-    """Return exponentials with a factor, as SymPy writes ``exp(x - 3000.0)``."""
+    """Return the transition of an exponential with a factor, as in ``exp(x - 3000.0)``.
+
+    SymPy writes it as a number times ``exp(x)``.
+    """
     number = product.args[0]
     if number.is_Number:
         for factor in product.args:
@@ -175,7 +180,7 @@ def _scaled_exponentials(product: sympy.Mul) -> Iterator[Feature]:
 
 
 def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
-    """Return the factors that may change the sign of a product, or make it 0."""
+    """Return the factors of a product that can be 0, without their powers."""
     for factor in sympy.Mul.make_args(argument):
         base, exponent = factor.as_base_exp()
         yield base if exponent.is_Number else factor
@@ -184,22 +189,24 @@ def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
 def crossings(
     value: Callable[[Any], Any], grid: Sequence[Any], *, curved: bool = True
 ) -> list[Any]:
-    """Return places at which a function changes its sign, or touches 0, in ascending order.
+    """Return arguments at which a function changes its sign or touches 0, in ascending order.
 
     Parameters
     ----------
     value : callable
-        NaN where it has none.
+        The function; NaN where it has no value.
     grid : sequence of number
-        Ascending, where it is looked at first; two crossings between neighbours are found only if a
-        parabola leads there.
+        Arguments, ascending, between which zeros are searched; two zeros between neighbours are
+        found only if a parabola leads there.
     curved : bool
-        Whether it may touch 0 between two places of the grid.
+        Whether the function may touch 0 between two arguments of the grid.
     """
     sizes = [value(place) for place in grid]
     found = [place for place, size in zip(grid, sizes, strict=True) if size == 0]
+    # A change of sign between neighbours is a zero.
     for low, high in pairwise(zip(grid, sizes, strict=True)):
         found += [_between(value, low, high)] if low[1] * high[1] < 0 else []
+    # At a smallest size without a change of sign, the function may touch 0.
     for i in range(1, len(grid) - 1) if curved else ():
         before, here, after = (abs(size) for size in sizes[i - 1 : i + 2])
         if here and here <= before and here <= after and before != after:
@@ -209,7 +216,14 @@ def crossings(
 
 
 def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any, Any]) -> Any:
-    """Return a change of sign between two places, by halved secants, or by bisection."""
+    """Return the argument of a change of sign, by secants with halved weights and by bisection.
+
+    Parameters
+    ----------
+    value : callable
+    low, high : (number, number)
+        Argument and value on both sides of the change of sign.
+    """
     (a, at_a), (b, at_b) = low, high
     side = 0
     for step in range(_STEPS):
@@ -233,7 +247,14 @@ def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any,
 def _by_parabola(
     value: Callable[[Any], Any], places: Sequence[Any], sizes: Sequence[Any]
 ) -> list[Any]:
-    """Return the place to which parabolas through three values, repeated, lead: a touch of 0."""
+    """Return zeros of a function near its smallest size, by parabolas through three points.
+
+    Parameters
+    ----------
+    value : callable
+    places, sizes : sequence of number
+        Three arguments and the values there.
+    """
     (x0, x1, x2), (y0, y1, y2) = places, sizes
     largest = max(abs(y0), abs(y1), abs(y2))
     first = (y1 - y0) / (x1 - x0)
@@ -256,7 +277,16 @@ def _by_parabola(
 
 
 def _polished(value: Callable[[Any], Any], place: Any, width: Any) -> Any:
-    """Return a place nearer to a zero of a function, by parabolas through its neighbourhood."""
+    """Return an argument nearer to a zero or a touch of 0, by repeated parabolas.
+
+    Parameters
+    ----------
+    value : callable
+    place : number
+        The argument to start from.
+    width : number
+        Distance of neighbouring arguments.
+    """
     step = abs(width) * 1e-3
     for _ in range(_PARABOLAS):
         below, here, above = value(place - step), value(place), value(place + step)
@@ -276,12 +306,13 @@ def _polished(value: Callable[[Any], Any], place: Any, width: Any) -> Any:
 
 
 def _is_zero(value: Callable[[Any], Any], place: Any, largest: Any) -> bool:
+    """Return whether the value at an argument is negligible next to the `largest` nearby value."""
     size = value(place)
     return bool(abs(size) <= _TOUCH * largest)
 
 
 def apart(places: Iterable[Any]) -> list[Any]:
-    """Return places in ascending order, each once."""
+    """Return arguments in ascending order, equal ones once."""
     found: list[Any] = []
     for place in sorted(places):
         if not found or place - found[-1] > _SAME * max(abs(place), abs(found[-1])):

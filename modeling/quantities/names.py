@@ -52,7 +52,13 @@ _CONSTANTS = {"pi": "the number pi", "G": "the standard acceleration of gravity"
 
 
 def check_name(name: str, what: str) -> str:
-    """Return a name that generated text can contain.
+    """Return a name, checked to be one that generated text can contain.
+
+    Parameters
+    ----------
+    name : str
+    what : str
+        Description of the named object, for messages.
 
     Raises
     ------
@@ -76,18 +82,19 @@ def check_name(name: str, what: str) -> str:
 
 
 def check_symbol(name: str, what: str, *, control: bool = False) -> None:
-    """Refuse a symbol's name that already has a meaning in every expression.
+    """Refuse a symbol's name that generated text cannot contain, or that has a fixed meaning.
 
     Parameters
     ----------
     name, what : str
+        Name, and description of the named object for messages.
     control : bool
-        Whether it is a symbol of a control law, in which gravity has no meaning.
+        Whether it is a symbol of a control law, in which ``G`` is not the acceleration of gravity.
 
     Raises
     ------
     ModelError
-        As `check_name` does, and for the constants.
+        As `check_name` does, and for ``pi`` and ``G``.
     """
     check_name(name, what)
     if name in _CONSTANTS and not (control and name == "G"):
@@ -99,14 +106,14 @@ def check_symbol(name: str, what: str, *, control: bool = False) -> None:
 
 
 def fresh_name(name: str, taken: set[str]) -> str:
-    """Return a name that is permitted and not taken, even except for case; it is then taken.
+    """Return a permitted name that differs from all names in use, ignoring case.
 
     Parameters
     ----------
     name : str
-        The name to start from.
+        Proposed name; a number is appended if it is in use.
     taken : set of str
-        Names in lower case.
+        Names in use, in lower case; the new name is added.
     """
     stem, i = name[:28], 1
     while True:
@@ -143,13 +150,21 @@ _SIMPLE, _DIGITS = 1000, 6
 
 
 def settle(record: object, **values: Any) -> None:
-    """Replace the fields of a frozen dataclass by checked values."""
+    """Set fields of a frozen dataclass to their checked values."""
     for name, value in values.items():
         object.__setattr__(record, name, value)
 
 
 def number(value: Any, what: str, *, finite: bool = True) -> float:
-    """Return a float, or report which value should have been one.
+    """Return a value as a float.
+
+    Parameters
+    ----------
+    value : object
+    what : str
+        Description of the value, for messages.
+    finite : bool
+        Whether it must be finite.
 
     Raises
     ------
@@ -168,7 +183,7 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
 
 
 def rounded(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression with six digits where a number is not a simple fraction."""
+    """Return an expression with numbers rounded to six digits unless they are simple fractions."""
     return expression.xreplace(
         {
             x: sympy.Float(x, _DIGITS)

@@ -60,7 +60,7 @@ _RELATIONS: dict[Any, Callable[[Any, Any], bool]] = {
 
 
 def is_nothing(value: Value) -> bool:
-    """Return whether a number is zero up to rounding.
+    """Return whether a number is 0 up to rounding: not larger than 30 changes by rounding.
 
     Raises
     ------
@@ -74,13 +74,16 @@ def is_nothing(value: Value) -> bool:
 
 
 def rounding(seed: int) -> Callable[[Any], Any]:
-    """Return a function that changes numbers like rounding, each by another share."""
+    """Return a function that changes each number by a random share, of the size of rounding."""
     source, share = random.Random(seed), numbers.ldexp(1, _SPARE_BITS - numbers.prec)  # noqa: S311
     return lambda number: number + number * share * source.uniform(0.5, 1.5)
 
 
 def off_as_decimal(number: Fraction) -> Value:
-    """Return a declared number with rounding, unless it is whole."""
+    """Return a declared number, and the number as changed by rounding.
+
+    A fraction changes in the 14th digit, a whole number only in the last of all digits.
+    """
     value = numbers.mpf(number.numerator) / number.denominator
     share = _DECIMAL if number.denominator != 1 else numbers.ldexp(1, _SPARE_BITS - numbers.prec)
     return value, value + value * share * drawn(0, "number", str(number))
@@ -108,7 +111,14 @@ def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float
 
 
 class _Values:
-    """Real values, where symbols have numbers.
+    """Real values of expressions at one point, each evaluated once.
+
+    Parameters
+    ----------
+    given : mapping of sympy.Symbol to Value
+        Numbers of the symbols.
+    turn : int
+        Number of the point; it decides the changes by rounding.
 
     Attributes
     ----------
@@ -127,12 +137,14 @@ class _Values:
         self.is_real = True
 
     def __call__(self, node: sympy.Basic) -> Value:
+        """Return the value of an expression, and the value as changed by rounding."""
         if node not in self.values:
             value = self.values[node] = self._value(node)
             self.is_real = self.is_real and not isinstance(value[0], numbers.mpc)
         return self.values[node]
 
     def _value(self, node: sympy.Basic) -> Value:
+        """Return the value of a node from the values of its arguments."""
         if not node.args:
             return self._symbol(node) if node.is_Symbol else self._number(node)
         if isinstance(node, sympy.Piecewise):
@@ -158,38 +170,47 @@ class _Values:
         return self._of_several(node, inner)
 
     def _of_several(self, node: sympy.Basic, inner: Sequence[Value]) -> Value:
+        """Return the value of atan2, and of a function that is not known (see `_opaque`)."""
         if isinstance(node, sympy.atan2) and not any(numbers.im(x) for pair in inner for x in pair):
             ahead, across = zip(*inner, strict=True)
             return numbers.atan2(*map(_real, ahead)), numbers.atan2(*map(_real, across))
         return self._opaque(node, [number for number, _ in inner])
 
     def _number(self, number: sympy.Expr) -> Value:
+        """Return the value of a number; decimals are changed as by rounding in the second value."""
         return _number(number, off=True)
 
     def _real(self, number: Any) -> Any:
+        """Return the real part of a number; a complex or infinite one is refused here."""
         return _real(number)
 
     def _side(self, value: Value) -> Any:
+        """Return the sign of a value."""
         return numbers.sign(_real(value[0]))
 
     def _symbol(self, symbol: sympy.Symbol) -> Value:
+        """Refuse a symbol without a number, unless a subclass draws one."""
         raise ValueError(f"{symbol} has no value")
 
     def _opaque(self, node: sympy.Basic, _inner: Iterable[Any]) -> Value:
+        """Refuse a function that is not known, unless a subclass draws a number for it."""
         raise TypeError(f"{type(node).__name__} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
+        """Return the expression of the first branch of a Piecewise whose condition holds."""
         for value, condition in node.args:
             if self._holds(condition):
                 return value
         raise ValueError("no condition holds")
 
     def _holds(self, condition: sympy.Basic) -> bool:
+        """Return whether a condition holds, evaluated once."""
         if condition not in self._conditions:
             self._conditions[condition] = self._is_met(condition)
         return self._conditions[condition]
 
     def _is_met(self, condition: sympy.Basic) -> bool:
+        """Return whether a condition holds: a comparison, or a combination of conditions."""
         if isinstance(condition, Relational):
             (left, left_off), (right, right_off) = self(condition.lhs), self(condition.rhs)
             side = self._side((left - right, left_off - right_off))
@@ -200,17 +221,18 @@ class _Values:
 
 
 class DrawnPoint(_Values):
-    """Values at a point that is drawn.
+    """Values of expressions at a point at which the symbols have random numbers.
 
     Parameters
     ----------
     points : Points
+        Source of the numbers.
     turn : int
-        Number of the point; other numbers are drawn at each.
+        Number of the point; each point has other numbers.
     placed : mapping of sympy.Basic to Value
-        Numbers of symbols, or in place of whole expressions.
+        Given numbers of symbols, or of whole expressions.
     decimals : bool
-        Whether decimals are changed as by rounding.
+        Whether declared decimals are changed as by rounding, in the second value of each number.
     """
 
     def __init__(
@@ -225,15 +247,15 @@ class DrawnPoint(_Values):
         self._points, self.turn, self._decimals = points, turn, decimals
 
     def drawn(self, *about: str) -> Any:
-        """Draw a number for a named node, between 1/2 and 3/2."""
+        """Return a random number between 1/2 and 3/2 for the named object."""
         return drawn(self.turn, *about)
 
     def beside(self, values: Mapping[sympy.Basic, Value]) -> "DrawnPoint":
-        """Return a point with other symbols, at which unknown functions have the same values."""
+        """Return a point with new numbers of symbols and the same numbers of unknown functions."""
         return DrawnPoint(self._points, self.turn, values, decimals=self._decimals)
 
     def again(self, *, decimals: bool) -> "DrawnPoint":
-        """Return the same point with nothing evaluated yet."""
+        """Return a point with the same numbers of the symbols, with nothing evaluated yet."""
         symbols = {node: value for node, value in self.values.items() if node.is_Symbol}
         return DrawnPoint(self._points, self.turn, symbols, decimals=decimals)
 
@@ -260,16 +282,21 @@ class DrawnPoint(_Values):
 
 
 class Points:
-    """Points at which expressions are evaluated, by number, independent of the symbols' names.
+    """Numbered points at which expressions are evaluated, independent of the symbols' names.
 
     Parameters
     ----------
     *expressions : sympy.Expr
         Expressions to evaluate.
     velocity : sympy.Symbol, optional
-        The friction direction is its sign.
+        Symbol whose sign is the friction direction.
     given : mapping of sympy.Symbol to Value, optional
         Symbols that have the same numbers at all points.
+
+    Attributes
+    ----------
+    places : dict of sympy.Symbol to int
+        A number for each symbol that depends on where it occurs, and not on its name.
     """
 
     def __init__(
@@ -286,7 +313,10 @@ class Points:
             self.places.setdefault(velocity, len(self.places))
 
     def generic(self, symbol: sympy.Symbol, turn: int) -> Any:
-        """Draw a number of moderate size: positive, negative or, every fourth turn, of any sign."""
+        """Return a random number of moderate size for a symbol at point `turn`.
+
+        It is negative at every fourth point, of any sign at every fourth, and otherwise positive.
+        """
         about = str(self.places.setdefault(symbol, len(self.places)))
         share = drawn(turn, "symbol", about)
         bits = int(numbers.ldexp(share, _BITS))
@@ -295,12 +325,12 @@ class Points:
         return -size if turned and not symbol.is_positive else size
 
     def at(self, turn: int, *, decimals: bool = True) -> DrawnPoint:
-        """Return the values at one of the points, which are independent of each other."""
+        """Return point number `turn`, at which all free symbols have numbers of moderate size."""
         return DrawnPoint(self, turn, decimals=decimals)
 
 
 def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:
-    """Return expressions whose signs decide the side of a kink."""
+    """Return the expressions whose signs decide on which side of a kink an argument is."""
     arguments = list(kink.args[:1])
     if isinstance(kink, (Max, Min)):
         arguments = [a - b for a, b in combinations(kink.args, 2)]
@@ -311,7 +341,7 @@ def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:
 
 
 def zero(value: Callable[[Any], Any], start: Any) -> Any:
-    """Return a zero of a function, by secants."""
+    """Return a zero of a function near `start`, by secants."""
     return numbers.findroot(value, (start, start + 1), maxsteps=_SECANTS, verify=False)
 
 
@@ -320,7 +350,7 @@ def _number(node: sympy.Expr, *, off: bool) -> Value:
 
 
 def is_decimal(number: sympy.Expr) -> bool:
-    """Return whether a number was declared with decimals, so that products of it are rounded."""
+    """Return whether a number was declared with decimals, so that its products are rounded."""
     if not number.is_Float:
         return False
     is_whole = sympy.Integer(int(number)) - number == 0
@@ -329,7 +359,7 @@ def is_decimal(number: sympy.Expr) -> bool:
 
 @lru_cache(maxsize=4096)
 def _known_number(node: sympy.Expr, off: bool, _digits: int) -> Value:
-    """Return the value of a number in the current precision."""
+    """Return the value of a number, and the value as changed by rounding if `off`."""
     if node.is_Float:
         number = numbers.mpf(str(node))
         share = _DECIMAL * drawn(0, "decimal", str(node)) if off else numbers.zero
@@ -340,33 +370,37 @@ def _known_number(node: sympy.Expr, off: bool, _digits: int) -> Value:
 
 
 def _real(number: Any) -> Any:
+    """Return a finite real number; others raise ValueError."""
     if not numbers.isfinite(number) or numbers.im(number):
         raise ValueError("it is not real")
     return numbers.re(number)
 
 
 def exactly(number: Any) -> Value:
-    """Return a number without rounding."""
+    """Return a number as a value that rounding does not change."""
     return number, number
 
 
 def _both(function: Callable[[Any], Any], value: Value) -> Value:
+    """Return a function of a value: of the number, and of the number as changed by rounding."""
     return function(value[0]), function(value[1])
 
 
 def drawn(turn: int, *about: str) -> Any:
-    """Draw a number between 1/2 and 3/2, another one for each turn and name."""
+    """Return a random number between 1/2 and 3/2, fixed for each point number and name."""
     digest = hashlib.sha256("\n".join((str(turn), *about)).encode()).digest()
     return numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5
 
 
 def _sane(number: Any) -> Any:
+    """Return a number that is small enough for a function to be evaluated at it."""
     if number and numbers.mag(number) > _LARGEST:
         raise OverflowError("it is too large")
     return number
 
 
 def _power(base: Any, exponent: Any) -> Any:
+    """Return a power of numbers, unless it is too large."""
     if base:
         _sane(exponent * numbers.mag(base))
     return numbers.power(base, exponent)

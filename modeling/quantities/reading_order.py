@@ -31,19 +31,19 @@ _DIRECTION_RANK, _LAST_RANK = 5, 7  # of terms, as in `readable`
 
 @dataclass(frozen=True, slots=True)
 class Readable:
-    """An expression ready for a printer of SymPy.
+    """An expression prepared for a printer of SymPy, with substitute symbols.
 
     Attributes
     ----------
     value : sympy.Expr
-        The expression with stand-ins for its symbols, which SymPy sorts in reading order:
-        parameters before constants, constants before the motion.
+        The expression with substitutes for its symbols. SymPy sorts the substitutes in reading
+        order: parameters before constants, constants before the motion.
     names : dict of sympy.Symbol to sympy.Expr
-        The symbol that each stand-in replaces.
+        The symbol that each substitute replaces.
     ranks : dict of sympy.Symbol to int
-        Rank of the stand-ins that decide the order of the terms of a sum.
+        Rank of the substitutes that decide the order of the terms of a sum.
     velocity : sympy.Symbol or None
-        Stand-in of the velocity, if it occurs.
+        Substitute of the velocity; None if it does not occur.
     """
 
     value: sympy.Expr
@@ -52,9 +52,10 @@ class Readable:
     velocity: sympy.Symbol | None
 
     def terms(self, total: sympy.Expr) -> list[sympy.Expr]:
-        """Return the terms of a sum: drive, acceleration, velocity, its sign, position, the rest.
+        """Return the terms of a sum in reading order.
 
-        A positive term comes first if there is one, also among terms of a kind.
+        The order is drive, acceleration, velocity, its sign, position, the rest. A positive term
+        comes first if there is one, also among terms of a kind.
         """
         terms = sorted(
             total.as_ordered_terms(),
@@ -64,6 +65,7 @@ class Readable:
         return [first, *(t for t in terms if t is not first)]
 
     def _kind(self, term: sympy.Expr) -> int:
+        """Return the rank of a term in the order of `terms`."""
         smooth = term
         if self.velocity is not None:
             jumps = sympy.sign(self.velocity), sympy.Heaviside(self.velocity)
@@ -76,7 +78,7 @@ class Readable:
 
 
 def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
-    """Prepare an expression of an axis or its control law for a printer.
+    """Return an expression of an axis or its control law, prepared for a printer.
 
     Decimals are cut after the tenth digit, which removes rounding errors.
     """
@@ -100,12 +102,14 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
 
 
 def _place(symbol: sympy.Expr) -> str:
+    """Return the letter by which a symbol is sorted: number, parameter or constant."""
     if isinstance(symbol, sympy.NumberSymbol):
         return _NUMBER
     return _CONSTANT if isinstance(symbol, ConstantSymbol) else _PARAMETER
 
 
 def _rounded(decimal: sympy.Float) -> sympy.Expr:
+    """Return a decimal with ten digits; a whole number below 1e7 without a decimal point."""
     short = float(f"{float(decimal):.{_DIGITS}g}")
     return (
         sympy.Integer(short) if short.is_integer() and abs(short) < _WHOLE else sympy.Float(short)
@@ -113,7 +117,7 @@ def _rounded(decimal: sympy.Float) -> sympy.Expr:
 
 
 class InReadingOrder:
-    """A mixin that makes a printer of SymPy sort sums in this order, and name stand-ins."""
+    """Mixin for a printer of SymPy: sums in reading order, substitutes shown as their symbols."""
 
     def __init__(self, prepared: Readable, settings: Mapping[str, Any], *house: Any) -> None:
         super().__init__(settings, *house)  # type: ignore[call-arg]
@@ -141,17 +145,17 @@ def written(value: sympy.Expr, coordinate: Coordinate) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Formula:
-    """``name = value [unit]: column``; empty parts are omitted.
+    """A formula ``name = value [unit]: column``; empty parts are omitted.
 
     Attributes
     ----------
     name : sympy.Expr or str
         The quantity that is defined.
     value : sympy.Expr or None
-        Its value.
+        Its value; None if only its column is shown.
     unit : str
     column : sympy.Expr or None
-        Its factor in a regressor.
+        Its factor in a regressor; None for none.
     """
 
     name: sympy.Expr | str

@@ -19,7 +19,7 @@ _GIVE = {"positive": "a positive number", "0 or more": "0 or more"}
 
 
 class StateSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The symbol of a `State`, which carries the equation of its change."""
+    """The symbol of a `State`, which carries the state's differential equation."""
 
     __slots__ = ("state",)
     state: "State"
@@ -43,7 +43,7 @@ class StateSymbol(sympy.Symbol):  # type: ignore[misc]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatePart:
-    """An amount by which a ready state was declared.
+    """An amount by which a ready element, such as LuGre friction, declares its state.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class StatePart:
     least: Literal["positive", "0 or more", ""] = ""
 
     def allows(self, value: float) -> bool:
-        """Return whether it may be a number."""
+        """Return whether a number is in the permitted range."""
         return not self.least or value > 0 or (value == 0 and self.least == "0 or more")
 
 
@@ -131,16 +131,16 @@ class State(Symbolic):
 
     @property
     def own(self) -> sympy.Symbol:
-        """Return its symbol in its own equation, and in all derived expressions."""
+        """Return the state's plain symbol, used in its own equation and in derived expressions."""
         return sympy.Symbol(self.name, real=True)
 
     @property
     def symbol(self) -> sympy.Symbol:
-        """Return the SymPy symbol by which an axis recognises the state."""
+        """Return the symbol that carries the state's equation, used in an equation of motion."""
         return StateSymbol(self)
 
     def with_replaced(self, new: Mapping[sympy.Symbol, sympy.Expr]) -> "State":
-        """Return the state with replaced symbols, such as numbers for parameters."""
+        """Return the state with symbols replaced in it, such as parameters by numbers."""
         rate, *limit, start = (replaced_in(value, new) for value in self.values)
         return State(
             self.name,
@@ -154,26 +154,26 @@ class State(Symbolic):
 
     @property
     def first(self) -> sympy.Expr:
-        """Return its start value, which is within its limit."""
+        """Return the start value, clipped at the limit."""
         if self.limit is None or self.start == 0:
             return expression(self.start, f"the start of {self.name!r}")
         return sympy.Max(-self.limit, sympy.Min(self.limit, self.start))
 
     @property
     def laws(self) -> tuple[sympy.Expr, ...]:
-        """Return the expressions by which it changes, whatever its start."""
+        """Return the rate of change and, if there is one, the limit."""
         return (self.following, *(() if self.limit is None else (self.limit,)))
 
     @property
     def values(self) -> tuple[sympy.Expr, ...]:
-        """Return the expressions by which it is declared."""
+        """Return all expressions that declare the state: rate, limit if there is one, start."""
         return (*self.laws, self.start)
 
 
 # It is requested repeatedly for an axis's force.
 @lru_cache(maxsize=128)
 def states_in(*values: sympy.Basic) -> tuple[State, ...]:
-    """Return the states in expressions, and the states in their equations, by name.
+    """Return the states that occur in expressions, and in their equations, sorted by name.
 
     Raises
     ------
@@ -195,16 +195,16 @@ def states_in(*values: sympy.Basic) -> tuple[State, ...]:
 
 
 def at_start(value: sympy.Expr) -> sympy.Expr:
-    """Return an expression with its states at their start."""
+    """Return an expression with each state replaced by its start value."""
     return value.xreplace({s: s.state.first for s in value.atoms(StateSymbol)})
 
 
 def with_own_symbols(value: sympy.Expr) -> sympy.Expr:
-    """Return an expression with each state's own symbol in it, which carries no equation."""
+    """Return an expression with the plain symbol of each state, which carries no equation."""
     return value.xreplace({s: s.state.own for s in value.atoms(StateSymbol)})
 
 
 def replaced_in(value: sympy.Expr, new: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr:
-    """Return an expression with replaced symbols, also in the equations of its states."""
+    """Return an expression with symbols replaced, also inside the equations of its states."""
     inside = {s: s.state.with_replaced(new).symbol for s in value.atoms(StateSymbol)}
     return value.xreplace({**new, **inside})

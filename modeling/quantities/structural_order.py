@@ -1,7 +1,8 @@
 """An order of the symbols of expressions that does not depend on their names.
 
-Symbols are distinguished by their places: colour refinement over the graph of all operations. Two
-symbols of the same colour may be exchanged without any change in the expressions.
+Symbols are distinguished by the places where they occur, with colour refinement over the graph of
+all operations: a *colour* is a digest of a symbol's occurrences. Two symbols of the same colour may
+be exchanged without any change in the expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,7 +19,7 @@ _ANY_ORDER = (sympy.Add, sympy.Mul, LatticeOp, And, Or, sympy.Eq, sympy.Ne)
 def structural_order(
     expressions: Sequence[sympy.Basic], first: Iterable[sympy.Symbol] = ()
 ) -> dict[sympy.Symbol, int]:
-    """Number the symbols of expressions by the places in which they stand.
+    """Return a number for each symbol of expressions, by the places where it occurs.
 
     Parameters
     ----------
@@ -57,7 +58,11 @@ def _refined(
     expressions: Sequence[sympy.Basic],
     colours: dict[sympy.Symbol, str],
 ) -> dict[sympy.Symbol, str]:
-    """Return the colours of symbols by their old ones and by all places in which each occurs."""
+    """Return refined colours of the symbols, from their old colours and their occurrences.
+
+    The first pass computes a digest of each node from those of its arguments. The second pass
+    computes, from the outside inwards, digests of the places where each node occurs.
+    """
     inside: dict[sympy.Basic, str] = {}
     for node in nodes:
         if node.is_Symbol:
@@ -82,4 +87,5 @@ def _refined(
 
 
 def _digest(*parts: str) -> str:
+    """Return a short digest of texts."""
     return blake2b("\n".join(parts).encode(), digest_size=12).hexdigest()

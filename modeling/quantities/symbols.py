@@ -34,7 +34,7 @@ VELOCITY = sympy.Symbol("axis_velocity", real=True)
 
 
 class Symbolic(ABC):
-    """Arithmetic with SymPy for an object that stands for one symbol."""
+    """Base class of an object that represents one symbol and can be used in SymPy expressions."""
 
     __slots__ = ()
 
@@ -214,7 +214,7 @@ class Parameter(Symbolic):
 
     @property
     def is_bounded(self) -> bool:
-        """Return whether it has a bound at all."""
+        """Return whether the parameter has a finite bound."""
         return math.isfinite(self.lower) or math.isfinite(self.upper)
 
     def allows(self, value: float) -> bool:
@@ -222,7 +222,7 @@ class Parameter(Symbolic):
         return self.lower <= value <= self.upper
 
     def out_of_bounds(self, value: float) -> str:
-        """Return a sentence on a value outside the bounds."""
+        """Return a clause that states that a value is at a bound or outside the bounds."""
         where = "at a bound of" if self.allows(value) else "outside its bounds"
         return f"{self.name} = {value:.6g} {self.unit} is {where} [{self.lower:g}, {self.upper:g}]"
 
@@ -251,7 +251,19 @@ def check_size(value: sympy.Expr, what: str) -> None:
 
 
 def expression(value: Amount, what: str) -> sympy.Expr:
-    """Return a SymPy expression of a permitted object; text is refused (it could run code)."""
+    """Return an amount as a SymPy expression; text is refused, because it could run code.
+
+    Parameters
+    ----------
+    value : Amount
+    what : str
+        Description of the amount, for messages.
+
+    Raises
+    ------
+    ModelError
+        It is neither a number nor a SymPy expression, or too large.
+    """
     if isinstance(value, Symbolic):
         return value.symbol
     if isinstance(value, sympy.Expr):
@@ -269,7 +281,7 @@ def expression(value: Amount, what: str) -> sympy.Expr:
 
 
 def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
-    """Return the listed objects of a kind; a single object is a list of one.
+    """Return objects of one kind as a tuple; a single object becomes a tuple of one.
 
     Raises
     ------

@@ -72,7 +72,7 @@ class Unit:
 
 
 def parse_unit(text: str) -> Unit:
-    """Read a unit such as ``kg``, ``N/(m/s)``, ``N m/rad`` or ``m/s^2``.
+    """Return the unit that a text such as ``kg``, ``N/(m/s)``, ``N m/rad`` or ``m/s^2`` names.
 
     Raises
     ------
@@ -89,18 +89,24 @@ def parse_unit(text: str) -> Unit:
 
 
 def product_of_powers(powers: Iterable[tuple[str, int]]) -> Unit:
-    """Return the product of units to powers, at least one; a single unit stays as written."""
+    """Return the product of powers of units, of which there is at least one.
+
+    A single unit with the power 1 stays as written.
+    """
     return reduce(operator.mul, (parse_unit(text) ** power for text, power in powers))
 
 
 def angle_power(unit: Unit) -> Fraction | int:
-    """Return the power of the radian in a unit as written; its exponents treat it as a number."""
+    """Return the power of the radian in a unit as written.
+
+    The exponents of the unit itself treat the radian as a number.
+    """
     turned = {**_SYMBOLS, "rad": _SYMBOLS["K"]}
     return _exponents(unit.text, turned)[-1] - unit.exponents[-1]
 
 
 def _exponents(text: str, symbols: Mapping[str, _Exponents] = _SYMBOLS) -> _Exponents:
-    """Return the exponents of a product of powers, read by Python's parser; a space multiplies."""
+    """Return the exponents of the base units in a text, a product of powers; a space multiplies."""
     marked = _JOINED.sub("*", text.strip()).replace("^", "**").replace("·", "*")
 
     def read(node: ast.AST) -> _Exponents:
@@ -124,7 +130,7 @@ def _exponents(text: str, symbols: Mapping[str, _Exponents] = _SYMBOLS) -> _Expo
 
 
 def _power(node: ast.AST) -> Fraction | int:
-    """Return a two-digit whole number or a fraction of one-digit ones; 0 is no power."""
+    """Return a power that is a two-digit whole number or a fraction of one-digit ones; else 0."""
     written = ast.unparse(node)
     if re.fullmatch(r"-?\d{1,2}", written):
         return int(written)
@@ -132,10 +138,13 @@ def _power(node: ast.AST) -> Fraction | int:
 
 
 def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exponents:
+    """Return the exponents of the left unit times a power of the right unit."""
     return tuple(x + power * y for x, y in zip(left, right, strict=True))
 
 
 def _canonical(exponents: _Exponents) -> Unit:
+    """Return the unit of given exponents, with its text in base units."""
+
     def text(sign: int) -> str:
         return " ".join(
             base
@@ -154,6 +163,7 @@ def _canonical(exponents: _Exponents) -> Unit:
 
 
 def _malformed(text: str, where: str) -> ModelError:
+    """Return the error for a unit that cannot be read at a part of its text."""
     # Two symbols that were written as one, such as Ns; none where m may be a prefix.
     pairs = ((where[:k], where[k:]) for k in range(1, len(where)))
     known = (pair for pair in pairs if _SYMBOLS.keys() >= {*pair} and pair[0] not in ("1", "m"))

@@ -4,7 +4,13 @@ from collections.abc import Mapping
 
 import pytest
 
-from axisid.support.settings import SettingValue, other_command, setting, settings_typed
+from axisid.support.settings import (
+    SettingValue,
+    other_command,
+    setting,
+    settings_in_python,
+    settings_typed,
+)
 
 NO_OPTION: Mapping[str, str] = {}
 
@@ -73,3 +79,14 @@ def test_another_command_is_a_function_in_python() -> None:
     assert other_command("fit", "output", "force") == 'axisid.fit(..., output="force")'
     with settings_typed(NO_OPTION, ()):
         assert other_command("fit", "output", "force") == "axisid fit --output force"
+
+
+def test_names_keep_their_quotes_and_characters() -> None:
+    assert setting("columns", {"position": "U (+-10V):V"}) == 'columns={"position": "U (+-10V):V"}'
+    assert setting("local", ("nan", 'a"b')) == r'local=["nan", "a\"b"]'
+    assert setting("known", {"M": ("100+-1",)}) == 'known={"M": [(100, 1)]}'
+
+
+def test_texts_of_files_are_spelled_as_in_python() -> None:
+    with settings_typed({"gaps": "--gaps"}, ()), settings_in_python():
+        assert setting("gaps", "split") == 'gaps="split"'

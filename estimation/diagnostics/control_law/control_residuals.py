@@ -1,5 +1,7 @@
 """Residual of a recorded control relative to its law: samples that count, shifts, other readings.
 
+A reading is a version of the record's samples that the law may have read.
+
 A record with uneven times has two possible readings. The law read the recorded rows, and only their
 time stamps jitter; or the rows were sampled at uneven times, and the law read other values at even
 times between them. The reading that fits the law is taken. A resampled record has neither of the
@@ -67,12 +69,20 @@ _MAX_OPEN_RATIO = 2.0
 def compared_with_law(
     axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the recorded control, the computed control, and two masks of samples, (N,) each.
+    """Return the recorded control, the control of the law, and two masks of samples, (N,) each.
 
-    The computed control is the sum of the output of the law and a test signal. The first mask has
-    the samples that count. The second has the samples whose control is not that of the law, at a
-    limit or masked, before the low-pass spreads them over their neighbours. Both controls are
-    low-passed for a law that reads an ideal velocity.
+    The control of the law is the sum of its output and of a test signal. For a law that reads an
+    ideal velocity, both controls are low-passed.
+
+    Returns
+    -------
+    control, made : (N,) array
+        Recorded control, and control of the law.
+    used : (N,) array of bool
+        True for the samples that count in a comparison.
+    limited : (N,) array of bool
+        True for the samples whose recorded control is not that of the law: at the start, at a
+        limit, or masked. A low-pass spreads them over neighbours, which do not count either.
     """
     control, settle = np.asarray(record.control), settling(law)
     # A control further beyond the limit is in a wrong unit, and not that of a saturated drive.
@@ -100,10 +110,10 @@ def compared_with_law(
 
 @cached_while_alive
 def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
-    """Return the noisy inputs of a law along a record, and its initial internal state, (m,).
+    """Return the inputs of the axis's law along a record, and its initial internal state, (m,).
 
-    The initial state is estimated with the low-passed velocity, which the first controls show
-    better.
+    The velocity in the inputs is that of the recorded positions with their noise. The initial state
+    is estimated with the low-passed velocity, with which the first controls show it better.
     """
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole, noisy=True)
@@ -112,7 +122,10 @@ def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
 
 
 def comparison_filter(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
-    """Return the filter of both controls: a low-pass for a law that reads an ideal velocity."""
+    """Return the filter for the recorded control and for that of the law, (N,) to (N,).
+
+    It is a low-pass for a law that reads an ideal velocity; otherwise it changes nothing.
+    """
     if not law.takes_velocity:
         return lambda signal: signal
     smooth = SampledFilter(Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period), record.period)
@@ -131,7 +144,11 @@ def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record) -> f
 
 
 def at_limit(control: Array, made: Array, limit: float) -> NDArray[np.bool_]:
-    """Return a mask of the samples at the limit, within a converter's noise, by the law, (N,)."""
+    """Return a mask of the samples at the drive's limit, (N,).
+
+    The recorded control, `control`, is there near the limit, within the noise of a converter, and
+    the control of the law, `made`, is beyond it in the same direction.
+    """
     there = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit
     return np.asarray(there & (made * np.sign(control) > limit))
 
@@ -143,6 +160,19 @@ def coloured_fit(
 
     The covariance is enlarged for few independent samples, so that a distance of
     `MIN_DISTANCE_FROM_NOISE` standard errors has the p-value that it has for a normal distribution.
+
+    Parameters
+    ----------
+    target : (n,) array
+        Values that are explained.
+    columns : (n, k) array
+        Regressor.
+    names : sequence of str
+        Names of the columns.
+    neighbours : RowTimes
+        Times of the rows in samples.
+    period : float
+        Sample period, s.
 
     Raises
     ------
@@ -163,7 +193,10 @@ def coloured_fit(
 
 
 def offset_and_drift(left: Array, neighbours: RowTimes, period: float) -> tuple[Array, Array]:
-    """Return the constant and the drift of a residual, and their standard errors, (2,) each."""
+    """Return the constant and the drift of a residual, (n,), and their standard errors, (2,) each.
+
+    The drift is the change over the record. `neighbours` has the times of the rows in samples.
+    """
     time = neighbours.places - neighbours.places.mean()
     columns = np.column_stack([np.ones(len(left)), time / np.ptp(time)])
     fit, covariance = coloured_fit(left, columns, (CONSTANT, DRIFT), neighbours, period)
@@ -171,7 +204,17 @@ def offset_and_drift(left: Array, neighbours: RowTimes, period: float) -> tuple[
 
 
 def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
-    """Return the shift in samples that explains the control clearly better than none, else 0."""
+    """Return the samples by which the recorded control comes later than that of the law.
+
+    It is 0 unless a shift explains the control clearly better than none.
+
+    Parameters
+    ----------
+    predicted, control : (N,) array
+        Control of the law, and recorded control.
+    used : (N,) array of bool
+        True for the samples that count.
+    """
     rows = np.flatnonzero(used)
     rows = rows[(rows >= MOST_SHIFT) & (rows < len(control) - MOST_SHIFT)]
     errors = {
@@ -183,7 +226,12 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
 
 
 def other_readings(record: Record) -> Iterator[tuple[Reading, Record]]:
-    """Yield the other samples that a law may have read, for a record with uneven times."""
+    """Yield the names of other readings of a record with the samples that a law may have read.
+
+    Nothing is yielded for a record with even times that was not resampled. Otherwise they are the
+    rows before resampling, if the record was resampled, and then records whose columns are
+    interpolated at even times: the position, also the reference, and also the test signal.
+    """
     raw = (record.sampled or record).longest()
     if record.sampled is not None:
         yield "sampled rows", raw
@@ -198,6 +246,9 @@ def open_for_jitter(
     axis: GeneratedAxis, law: ControlLaw, record: Record, off: float
 ) -> float | None:
     """Return the uncertainty of the control by jitter, percent, where it may explain the residual.
+
+    Jitter is the irregularity of the sample times. The law may have read positions at even times,
+    with other noise than the log.
 
     None where it cannot: the control of the law changes too little by the jitter, or by noise that
     the law measured at other times than the log.

@@ -1,5 +1,8 @@
 """Regression of the residual of the recorded control on the derivatives of the law by its gains.
 
+The residual is the recorded control minus the control that the law computes from the recorded
+signals.
+
 The effect of a gain is not the factor of a column where the law is limited, filtered or adaptive,
 or has an integral. The law is therefore run along the record with slightly changed gains. The
 derivatives of its control by the gains show which gains are wrong. The smallest change of gains
@@ -97,7 +100,8 @@ class Explanation:
     Attributes
     ----------
     kind : tuple of str
-        Subjects that differ: the law's gains, the scale of the control, a constant, a drift.
+        Names of what differs, of `GAINS`, `SCALE`, `CONSTANT` and `DRIFT`: the law's gains, the
+        scale of the control, a constant or a drift.
     values : mapping of str to float
         Differences by term of the law (factor minus 1), and by `SCALE` (factor minus 1),
         `CONSTANT` and `DRIFT` over the record (in the unit of the control).
@@ -122,6 +126,8 @@ class Explanation:
 def plausible(explanations: Sequence[Explanation], best: float) -> tuple[Explanation, ...]:
     """Return explanations that the record cannot distinguish, without needlessly complex ones.
 
+    An explanation is needlessly complex if a simpler one with a part of its `kind` suffices.
+
     Parameters
     ----------
     explanations : sequence of Explanation
@@ -141,34 +147,38 @@ def plausible(explanations: Sequence[Explanation], best: float) -> tuple[Explana
 class GainRegression:
     """Regression of the residual between a recorded control and its law on the gains of the law.
 
+    Its n rows are the samples of the record that are compared; its k columns are the derivatives of
+    the control by the gains and by the other parts of the control in `added`.
+
     Attributes
     ----------
     along : LawReplay
-        The law along the record, with the initial state that the first recorded controls show.
+        The law along the record with the present gains and a fitted initial state.
     declared : LawReplay
         The law with its declared gains and the initial state of an axis at rest.
     compared : callable
-        Filter and selection of rows of a control before the comparison.
+        Maps a control at all samples, (N,), to the rows, (n,): a filter and a selection.
     neighbours : RowTimes
         Times of the compared rows.
     period : float
         Sample period of the record, s.
     added : dict of str to (N,) array
-        Other parts of the recorded control by name, each of which may have another size. For a law
-        that is a sum of products of its gains, the part without gains is the product ``1``.
+        Other parts of the recorded control by name, each of which may have another size: a test
+        signal, and the part of a law that no gain multiplies. The latter has the name ``1``, as a
+        product of no gains.
     put_in : (N,) array of bool
-        Samples of `along` with the control of the declared law instead of the recorded control;
-        these are not compared.
+        True for samples with the control of the declared law in place of the recorded control,
+        which is at a limit or masked. They are not compared.
     possible : tuple of LawInputs
-        Values that the law may have read, drawn at random; empty where the log has the values.
+        Inputs that the law may have read, drawn at random; empty where the log shows what it read.
     between : bool
-        Whether the law reads between the samples of the log.
+        Whether the law reads values between the samples of the log.
     free : tuple of str
-        Gains that have other values than declared.
+        Gains that were fitted, and so differ from their declared values.
     at_limit : dict of str to (float, float)
-        By `LIMIT`: the control relative to the declared limit of the drive where the law asks for
-        more, and the standard error of this ratio. Empty for a record that shows it in too few
-        samples, or has a test signal.
+        With the name `LIMIT`, the ratio of the control to the declared limit of the drive where the
+        law asks for more, and the standard error of this ratio. Empty for a record that shows it in
+        too few samples, or has a test signal.
     """
 
     along: LawReplay
@@ -205,13 +215,15 @@ class GainRegression:
         limited : (N,) array of bool
             Samples whose control is not the law's, see `compared_with_law`.
         """
+        # The law along the record, with declared gains and the initial state of the controls.
         smooth, (ticks, start) = comparison_filter(law, record), noisy_ticks(axis, record)
         declared = LawReplay.of(axis, law, ticks, record)
         along = replace(declared, start=start[: len(law.memory)])
         # A control that only a converter's noise moves off the limit is not that of the law.
         limited = limited | (np.abs(along.output) > along.limit)
         used = used & ~limited
-        # Only where the law is clearly beyond: it may read noise that the record does not have.
+        # Ratio of the control to the drive's limit, in samples where the law asks for more. The law
+        # must be clearly beyond the limit: it may read noise that the record does not have.
         noise = np.std((along.control - along.output)[used]) if used.any() else 0.0
         excess = np.abs(along.output) - along.limit
         asks_more = excess > MIN_DISTANCE_FROM_NOISE.value * noise
@@ -227,11 +239,13 @@ class GainRegression:
         if law.takes_velocity:  # the filter would spread the saturated part over the neighbours
             control = np.where(limited, along.output, along.control)
             declared, along = (replace(each, control=control) for each in (declared, along))
+        # Parts of the control that no gain multiplies.
         added = {}
         if law.is_polynomial or not law.gains:
             added[NO_GAINS] = along.slope_by_rest
         if record.added_control is not None:
             added[INJECTED] = as_logged(axis, ticks.added_at_samples(law.delay))
+        # Times of the law's evaluations, in samples of the log.
         clocks = two_clocks(axis, record, (0, len(record)))
         times = np.arange(float(len(record))) if clocks is None else clocks.times
         between = not np.allclose(times, np.round(times), rtol=0, atol=_COINCIDES)
@@ -251,7 +265,7 @@ class GainRegression:
 
     @property
     def gains(self) -> dict[str, float]:
-        """Gains that the law is run with, by name."""
+        """Present values of all gains of the law, by name."""
         return dict(zip(self.along.law.gains, map(float, self.along.gains), strict=True))
 
     @property
@@ -261,12 +275,18 @@ class GainRegression:
         return {name: gains[name] / (declared[name] or 1.0) for name in self.free}
 
     def best(self, names: Sequence[str]) -> "GainRegression":
-        """Return the regression with the given gains fitted to the recorded control."""
+        """Return the regression with the named gains fitted to the recorded control.
+
+        The initial state of the law is fitted too. Other gains keep their present values.
+        """
         free = [[*self.along.law.gains].index(name) for name in names]
         return replace(self, along=self.along.fitted(self.compared, free), free=tuple(names))
 
     def of_control(self, times: float) -> "GainRegression":
-        """Return the regression of the recorded control divided by a factor."""
+        """Return the regression of the recorded control divided by the factor `times`.
+
+        The gains are the declared ones.
+        """
         control = np.where(self.put_in, self.along.control, self.along.control / times)
         along = replace(self.declared, control=control)
         return replace(self, along=along, at_limit={}).best(())
@@ -283,9 +303,10 @@ class GainRegression:
 
     @cached_property
     def scale(self) -> "tuple[float, GainRegression] | None":
-        """Scale of the recorded control, and the regression without it; None if it does not fit.
+        """Scale of the recorded control, and the regression of the control divided by it.
 
-        The scale is -1 for a control of the opposite sign, whatever the gains are.
+        None if the scale does not differ from 1, or does not explain the control with the declared
+        gains. The scale is -1 for a control of the opposite sign. The gains are then fitted.
         """
         output, control = self._without_start(np.column_stack([self.output, self.control])).T
         power = float(output @ output)
@@ -303,7 +324,9 @@ class GainRegression:
         )
 
     def unless_rounded(self) -> "GainRegression":
-        """Return the regression without the assumption of rounding, where the record refutes it.
+        """Return the regression without `possible` inputs, where the record shows no rounding.
+
+        Otherwise the regression is unchanged.
 
         A reference that is computed in whole steps looks like a reference that the log rounded, and
         the law reads the steps of an encoder as they are logged. If the log had rounded them, the
@@ -323,35 +346,48 @@ class GainRegression:
 
     @property
     def is_hidden(self) -> bool:
-        """True if the uncertainty by the log hides whether the law is correct."""
+        """True if the residual is too large, but the log's uncertainty is large enough for it.
+
+        The record then does not show whether the law is correct.
+        """
         return MAX_LAW_RESIDUAL.value <= self.percent < _MAX_UNCERTAINTY_RATIO * self.open_percent
 
     @cached_property
     def possible_changes(self) -> list[Array]:
-        """Changes of the output with values that the law may have read instead, (n,) each."""
+        """Changes of the output with each of the `possible` inputs of the law, (n,) each."""
         outputs = (replace(self.along, ticks=each).output for each in self.possible)
         return [self.compared(each) - self.output for each in outputs]
 
     @property
     def open_percent(self) -> float:
-        """Uncertainty of the output of a correct law by the log, percent of the control."""
+        """Uncertainty of the law's output by the log, in percent of the control (rms).
+
+        It is the largest of the `possible_changes`; 0 where the log shows what the law read.
+        """
         return max(
             (relative_error_percent(e, self.control) for e in self.possible_changes), default=0.0
         )
 
     @cached_property
     def residuals(self) -> Array:
-        """Residual of the control, without the effect of another initial state, (n,)."""
+        """Recorded control minus output of the law, (n,), in the unit of the control.
+
+        The part that another initial state of the law would explain is removed.
+        """
         return self._without_start((self.control - self.output)[:, None])[:, 0]
 
     @property
     def percent(self) -> float:
-        """Residual in percent of the control."""
+        """Root mean square of `residuals` in percent of the recorded control."""
         return relative_error_percent(self.residuals, self.control)
 
     @cached_property
     def lean(self) -> dict[str, float]:
-        """Significant constant and drift of the residual over the record, by name."""
+        """Significant constant and drift of the residual, by name, in the unit of the control.
+
+        The drift is the change over the record. A constant or a drift is significant if it is
+        relevant and beyond both its standard errors and the uncertainty by the log.
+        """
         rows = self.neighbours, self.period
         values, deviations = offset_and_drift(self.residuals, *rows)
         least = _MAX_CONTROL_LEAN * np.sqrt(np.mean(self.control**2)) * np.array([1.0, 2.0])
@@ -364,16 +400,20 @@ class GainRegression:
 
     @cached_property
     def gain_steps(self) -> tuple[dict[str, float], Array, Array]:
-        """Least-squares changes of the gains, their covariance, and the residual, (n,).
+        """Least-squares changes of gains and added parts, their covariance, and the residual.
 
-        The changes are of the logarithms of the gains that the control identifies, and relative
-        changes of the added parts. The residual is to first order.
+        The changes, by name, are of the logarithms of the gains, and relative changes of the parts
+        in `added`. Only those that the control identifies are included. The residual, (n,), is that
+        with these changes, to first order.
         """
         return self._gain_steps(self._names)
 
     @cached_property
     def off(self) -> list[str]:
-        """Gains and added parts that differ significantly from the declared ones."""
+        """Names of gains and `added` parts that differ significantly from the declared ones.
+
+        A difference must exceed 1 % and its standard errors.
+        """
         steps, covariance, _ = self.gain_steps
         far = MIN_DISTANCE_FROM_NOISE.value * np.sqrt(np.diag(covariance))
         allowed = dict(zip(steps, np.maximum(MAX_SCALE_ERROR.value, far), strict=True))
@@ -389,10 +429,11 @@ class GainRegression:
 
     @property
     def factors(self) -> dict[str, tuple[float, float]]:
-        """Factors of the terms of the law to first order, with their standard errors.
+        """Factor of each term of the law with which it gives the control, and its standard error.
 
-        They are by product of gains, or by gain for a law that is not a sum of such products. The
-        factor of the drive's limit is among them where the record shows it.
+        The names of the terms are the products of gains in them, or the gains for a law that is not
+        a sum of such products. The factors are to first order in the gains; 1 is correct. Where the
+        record shows it, the factor of the drive's limit is included.
         """
         steps, covariance, _ = self.gain_steps
         blur = _FACTOR_BLUR * self.along.law.takes_velocity  # by the velocity that no log has
@@ -404,7 +445,11 @@ class GainRegression:
 
     @cached_property
     def _weights_of_steps(self) -> dict[str, Array]:
-        """Weights of the gain steps in the logarithm of each identified term's factor, (k,)."""
+        """Weights of the `gain_steps` in the logarithm of a term's factor, by term.
+
+        Each array has one weight for each step. Only terms whose factor the identified steps
+        determine are included.
+        """
         steps, names, columns = self.gain_steps[0], self._names, self._columns
         # If gains act only in one product, the step of one of them is that of the product.
         identified = columns[:, [names.index(name) for name in steps]]
@@ -423,8 +468,10 @@ class GainRegression:
     def explanations(self) -> tuple[Explanation, ...]:
         """Explanations of the difference between recorded control and law, simple ones first.
 
-        They are found by least squares, to first order in the gains.
+        They are combinations of other gains, another scale of the control, a constant and a drift.
+        The size of each is found by least squares, to first order in the gains.
         """
+        # Columns of each single explanation, and the standard errors of their factors.
         steps = self.gain_steps[0]
         time = self.neighbours.places - self.neighbours.places.mean()
         time = time / np.ptp(time)
@@ -445,6 +492,7 @@ class GainRegression:
             if name != GAINS:
                 of = self._deviation_of(block, name)
                 deviations[name] = float(np.hypot(of, blur * largest[name]))
+        # Least squares for each combination of explanations.
         found = []
         for kind in _KINDS:
             if not {*kind} <= {*blocks}:
@@ -473,7 +521,10 @@ class GainRegression:
         return tuple(found)
 
     def _deviation_of(self, column: Array, name: str) -> float:
-        """Return the standard error of the factor of a column, (n, 1), with that by the log."""
+        """Return the standard error of the factor of a column, (n, 1), in the residual.
+
+        It contains the uncertainty by the log.
+        """
         fit, covariance = coloured_fit(
             self.residuals, column, (name,), self.neighbours, self.period
         )
@@ -482,7 +533,10 @@ class GainRegression:
 
     @property
     def powers(self) -> dict[str, dict[str, float]]:
-        """Powers of the gains and of the added parts in each term of the law, by name."""
+        """Powers of the gains in each term of the law, and of the parts in `added`, by name.
+
+        A law that is not a sum of products of its gains has each gain as a term of its own.
+        """
         law, alone = self.along.law, {name: {name: 1.0} for name in self.added}
         products = (
             [product for product, _ in law.terms if product.free_symbols]
@@ -498,25 +552,28 @@ class GainRegression:
 
     @property
     def _names(self) -> list[str]:
-        """Names of the gains and of the added parts."""
+        """Names of all gains, then of the parts in `added`, in the order of the k columns."""
         return [*self.along.law.gains, *self.added]
 
     @cached_property
     def _slopes(self) -> Array:
-        """Derivatives of the output by each gain, (N, g)."""
+        """Derivatives of the output by the logarithm of each of g gains, (N, g)."""
         return self.along.jacobian_by_gain()
 
     @cached_property
     def _columns(self) -> Array:
-        """Derivatives of the compared output by each gain and added part, (n, k)."""
+        """Derivatives of the compared output by the gains and by the parts in `added`, (n, k).
+
+        The part that another initial state of the law explains is removed.
+        """
         every = map(self.compared, (*self._slopes.T, *self.added.values()))
         return self._without_start(np.column_stack([*every]))
 
     def covariance(self, names: Sequence[str]) -> Array:
-        """Return the covariance of the logarithms of fitted gains, (k, k).
+        """Return the covariance of the logarithms of the named gains, in their order.
 
-        The other gains are taken as correct. Gains that the control does not identify have infinite
-        variances.
+        The other gains are assumed to be correct. Gains that the control does not identify have
+        infinite variances.
         """
         steps, of_identified, _ = self._gain_steps(names, vague=True)
         covariance = np.diag(np.full(len(names), np.inf))
@@ -526,10 +583,11 @@ class GainRegression:
     def _gain_steps(
         self, names: Sequence[str], *, vague: bool = False
     ) -> tuple[dict[str, float], Array, Array]:
-        """Return the changes of some gains, see `gain_steps`, with the vague ones if requested.
+        """Return the changes of the named gains and parts, their covariance, and the residual.
 
-        A gain is vague if the uncertainty by the log makes much of its effect: its estimate would
-        be too low. The covariance includes the uncertainty by the log.
+        They are as in `gain_steps`; the covariance includes the uncertainty by the log. A gain is
+        vague if the uncertainty by the log makes much of its effect: its estimate would be too
+        low. Vague gains are only included with `vague`.
         """
         free, columns = [self._names.index(name) for name in names], self._columns
         shown = columns
@@ -554,10 +612,12 @@ class GainRegression:
         return dict(zip(named, map(float, fit.theta), strict=True)), covariance, fit.residuals
 
     def least_change(self) -> "tuple[GainRegression, ...]":
-        """Return the regression with the fewest changed gains that explain the control.
+        """Return the regressions with the fewest changed gains that explain the control.
 
-        There are several results where other single gains explain the control as well, and the
-        best one where no change is enough.
+        One gain after the other is added to those that are fitted, each time the one with the
+        smallest residual. Several regressions are returned where different single gains explain the
+        control equally well, the best first. If no change is enough, the last regression is
+        returned.
         """
         free, best = tuple[str, ...](), self
         while len(free) < len(self.along.law.gains):
@@ -572,7 +632,7 @@ class GainRegression:
 
     @cached_property
     def _without_start(self) -> Callable[[Array], Array]:
-        """Projection that removes the effect of another initial state from columns, (n, k)."""
+        """Function that removes from columns, (n, k), the effect of another initial state."""
         by_start = self.along.slopes_by_start(self.compared)
         starts = np.column_stack([np.empty((len(self.control), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
@@ -591,7 +651,11 @@ def _names_of(kind: Sequence[str], gains: Iterable[str]) -> list[str]:
 
 
 def _distinct_columns(columns: Array, size: float) -> list[int]:
-    """Return the columns with a visible effect on the control that other columns do not have."""
+    """Return the indices of columns with a visible effect that other columns do not have.
+
+    `columns` are (n, k), and `size` is the norm of the control, relative to which an effect is
+    visible.
+    """
     sizes = np.linalg.norm(columns, axis=0)
     shown = np.flatnonzero(np.isfinite(sizes) & (sizes > _MIN_DISTINCT_EFFECT * size))
     if not len(shown):
@@ -607,12 +671,23 @@ def _is_slower(ticks: LawInputs) -> bool:
 
 
 def _possible(ticks: LawInputs, record: Record, times: Array | None) -> Iterator[LawInputs]:
-    """Yield values that a law may have read at its own times, (M,), if the log does not have them.
+    """Yield random draws of the inputs that the law may have read where the log cannot show them.
 
-    These are position and reference as they may have been before the log rounded them, or as an
-    encoder rounded them between the samples of a slow log. Without steps, the position has other
-    noise between the samples, and a cubic spline misses motion that is faster than the samples: a
-    spline of every second sample shows by how much.
+    Nothing is yielded where the log shows them. Position and reference are varied within their
+    rounding: the log may have rounded them, or an encoder may have rounded the position between the
+    samples of a slow log. If the law runs between the samples, the position also gets noise as in
+    the log, and the error of a cubic spline, unless a slow log has a quantised position. A spline
+    misses motion that is faster than the samples. A spline of every second sample, which replaces
+    the position, shows by how much.
+
+    Parameters
+    ----------
+    ticks : LawInputs
+        Inputs of the law at its M evaluations, by interpolation of the log.
+    record : Record
+    times : (M,) array or None
+        Times of the evaluations, in samples of the log; None if the law does not run between the
+        samples.
     """
     position, reference = ticks.position, ticks.reference
     steps = [

@@ -121,19 +121,19 @@ class LawAgreement:
 
     @property
     def meaning(self) -> str:
-        """Return the sentence for the user: the finding and the remedy."""
+        """Sentence for the user: the finding and the remedy."""
         return self.finding.sentence
 
     @property
     def sentence(self) -> str:
-        """Return the same as `meaning`."""
+        """Sentence for the user, the same as `meaning`."""
         return self.meaning
 
     @property
     def plausible(self) -> tuple[Explanation, ...]:
         """Explanations of the control that the record cannot distinguish; empty if none suffices.
 
-        Another column or another law may explain the control better than any of them.
+        Explanations that are clearly worse than another column or another law are left out.
         """
         if self.delay or self.found_apart or not self.explanations:
             return ()
@@ -147,13 +147,21 @@ class LawAgreement:
 
 
 def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Missing:
-    """Return the first failed comparison, one without explanation before others; else the first."""
+    """Return the first failed comparison of a law, or the first of all if none fails.
+
+    Of several failed comparisons, one without a plausible explanation comes first.
+    """
     failing = [each for each in laws if isinstance(each, LawAgreement) and not each.passed]
     return min(failing, key=lambda each: bool(each.plausible), default=laws[0])
 
 
 def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
-    """Compare the control law of an axis with a record, or return why it cannot be compared."""
+    """Return the comparison of an axis's control law with a record, or why it is unavailable.
+
+    If the record has uneven times or was resampled, the law may have read other samples. It is then
+    compared with each of these readings of the record. The first reading with which the law passes
+    is returned, otherwise the one with the smallest residual.
+    """
     if (law := axis.control) is None:
         return NotUsed(str(lacking_law(axis)))
     if (incomparable := _incomparable(axis, law, record)) is not None:
@@ -172,6 +180,7 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
     best, reading_of_best, nearest = min(
         checks, key=lambda each: each[0].fitted_residual_percent or 0.0
     )
+    # No reading passes. Jitter may make the control too uncertain to judge the law.
     off, least = best.residual_percent or 0.0, best.fitted_residual_percent or 0.0
     open_percent = open_for_jitter(axis, law, record, off)
     if open_percent is not None and least >= MAX_LAW_RESIDUAL.value:
@@ -190,7 +199,16 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
 def _by_reading(
     found: LawAgreement, reading: Reading, recorded_percent: float | None = None
 ) -> LawAgreement:
-    """Return a comparison with the samples that the law read."""
+    """Return a comparison whose finding names the samples that the law read.
+
+    Parameters
+    ----------
+    found : LawAgreement
+        Comparison with these samples.
+    reading : {"sampled rows", "even times"}
+    recorded_percent : float or None
+        Residual with the samples of the record, percent; None where the law fails with either.
+    """
     finding = FoundByReading(
         reading=reading, finding=found.finding, recorded_percent=recorded_percent
     )
@@ -200,7 +218,11 @@ def _by_reading(
 def _compared(
     axis: GeneratedAxis, law: ControlLaw, record: Record, *, advises: bool = True
 ) -> LawAgreement | Missing:
-    """Compare a law with the samples of a record, and look for remedies where `advises` is set."""
+    """Return the comparison of a law with the samples of a record; Missing if not possible.
+
+    The residual, the factors of the terms and the best shift of the control decide whether the law
+    passes. With `advises`, a failed comparison is examined further, for the fault and a remedy.
+    """
     record = record.longest()  # the internal state of a law is unknown after a gap
     # After a low-pass, two samples in a period of its cut-off are nearly independent.
     independent_share = 2 * COMPARISON_CUTOFF.value if law.takes_velocity else 1.0
@@ -267,7 +289,11 @@ def _compared(
 
 
 def _with_gains_of_runs(check: LawAgreement) -> LawAgreement:
-    """Return the comparison with factors from runs of the law instead of a linearisation."""
+    """Return the comparison whose explanation by gains has the factors of the comparison itself.
+
+    Those factors may be from replays of the law with fitted gains, and are then more accurate than
+    the linearised ones. Without factors, the explanation by gains is removed.
+    """
     left = check.fitted_residual_percent
     if left is None or not check.factors:
         others = [each for each in check.explanations if GAINS not in each.kind]
@@ -290,6 +316,7 @@ def _fault(
     The residual is in percent of the control: with the gains that explain the control, otherwise
     with the declared gains.
     """
+    # A constant or a drift alone.
     declared = by_gains.percent
     large = declared >= MAX_LAW_RESIDUAL.value
     about_mean = by_gains.residuals - by_gains.residuals.mean()
@@ -298,6 +325,7 @@ def _fault(
     if by_constant if large else not by_gains.off:
         leaning = constant_or_drift(declared, by_gains.lean, axis.drive.unit)
         return declared, replace(check, finding=leaning)
+    # Only the test signal has another size.
     far = [n for n, value in check.factors.items() if n != LIMIT and not is_near(value, 1.0)]
     only_size = (far or by_gains.off) == [INJECTED]
     # A gain may be slightly wrong as well.
@@ -306,6 +334,7 @@ def _fault(
     if only_size and change is None:
         size = OtherInjectedSize(residual_percent=declared, is_large=large)
         return declared, replace(check, finding=size)
+    # Other gains, another scale, or no explanation.
     unexplained = UnexplainedControl(
         residual_percent=declared,
         is_large=large,
@@ -360,7 +389,10 @@ def law_check(law: LawAgreement) -> Check:
 def _incomparable(
     axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> LawAgreement | Missing | None:
-    """Return the reason why a record is not compared with a law, or the failure by its period."""
+    """Return the reason why a record cannot be compared with a law; None if it can be.
+
+    A record with another sample period than the law gives a failed comparison instead.
+    """
     # The period is the only property of a law that can be checked without a reference.
     clock = law_clock(law, record)
     if clock.other is not None:
@@ -405,6 +437,7 @@ class EstimatedGains:
     Attributes
     ----------
     names : tuple of str
+        Names of the k gains.
     covariance : (k, k) array
         Covariance of the estimated gains; infinite variances of gains that the record does not
         identify.
@@ -420,22 +453,26 @@ class EstimatedGains:
 def found_law_agreement(
     axis: GeneratedAxis, record: Record, found: EstimatedGains
 ) -> LawAgreement | Missing:
-    """Compare a control law, some gains of which were estimated, with a record.
+    """Return the comparison of a control law with estimated gains with a record.
+
+    The gains are fitted to the recorded control, and must agree with the estimated ones within the
+    uncertainty of both.
 
     Parameters
     ----------
     axis : GeneratedAxis
-        Its law has the estimated gains.
+        Axis whose law has the estimated gains.
     record : Record
     found : EstimatedGains
-        None of these gains is treated as exact.
+        Names and covariance of the gains that were estimated.
 
     Returns
     -------
     LawAgreement or Missing
         Comparison of the law with the gains that fit the recorded control best. It fails where
         these gains differ from the estimated gains. Where the control does not follow the law with
-        these gains, the comparison of the law of the axis.
+        these gains, the comparison is that of the law with the estimated gains. Missing where the
+        law cannot be compared.
     """
     law, first, names = axis.control, law_agreement(axis, record), found.names
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
@@ -452,7 +489,19 @@ def found_law_agreement(
 def _compared_with_found(
     there: LawAgreement, best: GainRegression, law: ControlLaw, found: EstimatedGains
 ) -> LawAgreement:
-    """Return the comparison of the law with the gains of the control and those of a fit."""
+    """Return the comparison with the law, failed if the gains of control and fit differ.
+
+    Parameters
+    ----------
+    there : LawAgreement
+        Comparison of the law with the gains that fit the recorded control, which passes.
+    best : GainRegression
+        Regression that fitted these gains.
+    law : ControlLaw
+        Law with the gains of the fit.
+    found : EstimatedGains
+        Names and covariance of the gains of the fit.
+    """
     asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))
     covariance = found.covariance + best.covariance(found.names) * np.outer(was, was)
     apart = apart_in_deviations(asked - was, covariance, found.freedom)

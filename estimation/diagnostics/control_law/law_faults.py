@@ -67,9 +67,18 @@ _MOST_CLOCK = 0.02  # relative; beyond, the times are in another unit
 
 
 def constant_or_drift(percent: float, lean: Mapping[str, float], unit: str) -> ConstantOrDrift:
-    """Return the finding of a control with a constant or a drift, in the unit of the drive.
+    """Return the finding of a control with a constant or a drift next to the law.
 
     A position relative to another zero leads to such a constant too if the law does not integrate.
+
+    Parameters
+    ----------
+    percent : float
+        Residual, percent of the control.
+    lean : mapping of str to float
+        Significant constant and drift by name, in `unit`.
+    unit : str
+        Unit of the control.
     """
     return ConstantOrDrift(
         residual_percent=percent, constant=lean.get(CONSTANT), drift=lean.get(DRIFT), unit=unit
@@ -77,7 +86,10 @@ def constant_or_drift(percent: float, lean: Mapping[str, float], unit: str) -> C
 
 
 def is_near(factor: float, scale: float) -> bool:
-    """Return True if a factor equals a usual factor, within the accuracy of a law with errors."""
+    """Return True if a factor equals a usual factor, `scale`, to 5 %.
+
+    A law with other errors does not determine the factor more accurately.
+    """
     return abs(factor / scale - 1) < MAX_FACTOR_ERROR
 
 
@@ -114,12 +126,26 @@ _Change = tuple[LawRepair, GeneratedAxis, ControlLaw, Record]
 def repair_of(
     axis: GeneratedAxis, law: ControlLaw, record: Record, declared: float, shift: int
 ) -> tuple[float, LawRepair] | None:
-    """Return the residual and the finding of a change that makes the law fit; None without one.
+    """Return the residual with a change that makes the law fit, percent, and the change.
 
-    The residual is in percent of the control. A change has to halve the residual `declared`, which
-    is that of the declared law or of gains that explain the control. With a `shift` of the control,
-    only columns at other times are tried, and none if the shift alone makes the law fit. Changes
-    with a fitted number come last, because they nearly explain a moved column as well.
+    None where no change of the columns, of the law or of the drive's limit makes it fit. Kinds of
+    changes are tried in order, and the best change of the first kind that fits is returned. A
+    change has to halve the residual. Changes with a fitted number come last, because they nearly
+    explain a moved column as well.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    law : ControlLaw
+        Law of the axis.
+    record : Record
+        Record without gaps, with a reference and a control.
+    declared : float
+        Residual without a change, percent of the control: that of the declared law, or with gains
+        that explain the control.
+    shift : int
+        Samples by which the control comes later than by the law. If it is not 0, only columns at
+        other times are tried, and none if the shift alone makes the law fit.
     """
     good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
     kinds = [_changed_columns, _scaled_columns, _mistimed_columns]
@@ -139,6 +165,7 @@ def repair_of(
 
 
 def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
+    """Yield laws that compute the velocity in another way, with the same gains."""
     for name, variant in velocity_variants(law).items():
         yield (
             OtherVelocity(law=name),
@@ -149,6 +176,7 @@ def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 
 
 def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
+    """Yield the record with the zero of the position that explains most of the residual."""
     if (zero := position_zero(axis, law, record)) is None:
         return
     away, control = zero
@@ -164,6 +192,11 @@ def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 
 
 def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
+    """Yield the axis with a limit of the drive that is below the declared one.
+
+    The limit is that of the recorded control where the law asks for more. Nothing is yielded where
+    the control reaches the declared limit, or where the law rarely asks for more.
+    """
     drive, control = axis.drive, np.asarray(record.control)
     largest = float(np.abs(control).max())
     if drive.logs_what_acts or largest >= drive.limit:
@@ -192,7 +225,10 @@ def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> I
 
 
 def _with_clock(record: Record, rate: float) -> Record:
-    """Return the record with the reference at ``(1 + rate)`` times the time since its start."""
+    """Return the record with the reference read at ``(1 + rate)`` times the time since the start.
+
+    Samples beyond the end of the recorded reference are masked.
+    """
     times = np.arange(float(len(record)))
     later = np.minimum((1 + rate) * times, times[-1])
     reference = at_times(later, times, np.asarray(record.reference), "spline")
@@ -202,10 +238,10 @@ def _with_clock(record: Record, rate: float) -> Record:
 
 
 def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float | None:
-    """Return the relative rate of the reference clock that gives the recorded control.
+    """Return the relative amount by which the reference's clock is fast against the position's.
 
-    It is found by Gauss-Newton steps, relative to the clock of the position. None where these do
-    not converge.
+    It is the amount with which the law gives the recorded control, found by Gauss-Newton steps.
+    None where these do not converge, where the clocks hardly differ, and for a constant reference.
 
     Parameters
     ----------
@@ -231,6 +267,7 @@ def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> flo
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
+    """Yield records with reference, position or a signal shifted by one or two samples."""
     for samples in (1, -1, 2, -2):
         for role in ("reference", "position", *sorted(map(str, law.signals))):
             moved = record.shifted(**{role: samples})
@@ -238,7 +275,11 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
 
 
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield records without common mistakes in the columns."""
+    """Yield records in which a common mistake in the columns is corrected.
+
+    Position and reference may be exchanged; a test signal may enter at another point, have the
+    opposite sign, or not enter at all.
+    """
     reference, injected = np.asarray(record.reference), record.injected
     moves = bool(np.ptp(reference))
     if moves:
@@ -272,6 +313,7 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
     for role in (*pair, *sorted(map(str, law.signals))):
 
         def scaled(times: float, role: str = role) -> Record:
+            """Return the record with the column multiplied by a factor."""
             return record.with_channels({**columns, role: times * columns[role]})
 
         start = float(near.get(role, 1.0))
@@ -293,10 +335,21 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
 def _asked_for(
     axis: GeneratedAxis, law: ControlLaw, record: Record, moved: Record
 ) -> tuple[float, Array]:
-    """Return the factor of a step of the record that fits the control, and the effect of the step.
+    """Return the multiple of a small change of the record that fits the control best.
 
-    The effect is the change of the control in the samples that count. The factor is NaN for a step
-    without effect.
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    law : ControlLaw
+    record, moved : Record
+        The record without and with the small change.
+
+    Returns
+    -------
+    float
+        The multiple; NaN for a change without effect.
+    (n,) array
+        Effect of the small change on the law's control, in the samples that count.
     """
     control, made, used, _ = compared_with_law(axis, law, record)
     slope = (compared_with_law(axis, law, moved)[1] - made)[used]
@@ -307,11 +360,11 @@ def _asked_for(
 def position_zero(
     axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> tuple[float, float | None] | None:
-    """Return the offset of the recorded position from the position that the law read, SI.
+    """Return the offset of the recorded position from the one that the law read, and its effect.
 
-    It is the offset that explains most of the residual of the law. The second value is the constant
-    control with the same effect, None for a law that integrates. None where an offset has no effect
-    on the control.
+    The offset, SI, is the one that explains most of the residual of the law. Its effect is the
+    constant control with the same effect, or None for a law that integrates, which has no such
+    constant. None in place of both where an offset has no effect on the control.
 
     Parameters
     ----------
@@ -333,10 +386,11 @@ def position_zero(
 def explained_by_gains(
     by_gains: GainRegression,
 ) -> tuple[OtherGains | OtherScale | None, GainRegression | None]:
-    """Return the least change of gains or the scale that explains the control, and its regression.
+    """Return the finding of other gains or another scale, and the regression with these gains.
 
-    Another gain may have the same effect as another scale of the recorded control. The finding is
-    None where nothing explains the control. The regression is None where no gains do.
+    Other gains are preferred; the finding then contains the scale too, because another gain may
+    have the same effect as another scale of the recorded control. The finding is None where neither
+    explains the control. The regression is None where no gains explain the control.
     """
     percent, declared = by_gains.percent, by_gains.along.law.gains
     changes = by_gains.least_change() if declared else ()
@@ -363,7 +417,10 @@ def explained_by_gains(
 
 
 def _control_scale(times: float) -> ControlScale:
-    """Return the scale of a control, with the units that differ by such a factor."""
+    """Return the finding of a scale of the control, with the two units that it may have confused.
+
+    The units are None for a factor that no known pair of units has.
+    """
     for factor, units in _UNITS.items():
         if is_near(times, factor):
             return ControlScale(times=float(times), units=units)

@@ -94,8 +94,9 @@ class ConstantOrDrift(Finding):
     residual_percent : float
         Percent of the recorded control.
     constant : float or None
+        Constant of the control that the law does not have; None where it is not significant.
     drift : float or None
-        Change over the record.
+        Change of the residual over the record; None where it is not significant.
     unit : str
         Unit of both: that of the drive.
     """
@@ -114,8 +115,9 @@ class OtherGain:
     ----------
     name : str
     value : float
-        Value in the recorded control.
+        Value with which the law gives the recorded control.
     declared : float
+        Declared value.
     times : float
         Value relative to the declared one.
     """
@@ -169,7 +171,8 @@ class OtherGains(ControlDiffers):
     has_right_gains : bool
         Whether the law has further gains, which are correct.
     scale : ControlScale or None
-        By which the recorded control may be too large instead; None for no factor.
+        Factor by which the recorded control may be too large instead; None where no factor explains
+        the control.
     injected_differs : bool
         Whether the test signal has another size as well.
     """
@@ -335,6 +338,7 @@ class UndeclaredLimit(LawRepair):
     Attributes
     ----------
     limit : float
+        Limit that the recorded control shows, in `unit`.
     unit : str
         Unit of the limit: that of the drive.
     samples : int

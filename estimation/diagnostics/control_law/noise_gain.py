@@ -47,10 +47,11 @@ class NoiseGain(Finding):
 
 
 def noise_gain_check(axis: GeneratedAxis, record: Record) -> Check | None:
-    """Compare the noise in the recorded control with the noise in the output of the law.
+    """Return the check of the noise in the recorded control against that in the output of the law.
 
-    None with a reference, with which the law itself is compared, and where the noise of the
-    position does not dominate the control at high frequencies.
+    None for a record with a reference, with which the law itself is compared, and without a control
+    or a recorded position. None also for a law that reads an ideal velocity or does not run at the
+    samples, and where the noise of the position does not dominate the control at high frequencies.
     """
     law, control = axis.control, record.control
     if law is None or control is None or record.reference is not None or record.integrated:
@@ -77,7 +78,18 @@ def noise_gain_check(axis: GeneratedAxis, record: Record) -> Check | None:
 
 
 def _ratio(control: Array, made: Array, counted: NDArray[np.bool_]) -> float | None:
-    """Return the ratio of control to law at high frequencies; None where they do not correlate."""
+    """Return the ratio of the recorded control to that of the law at high frequencies.
+
+    It is a regression of their differences of fourth order. None where the two hardly correlate, or
+    too few samples count.
+
+    Parameters
+    ----------
+    control, made : (N,) array
+        Recorded control, and control of the law.
+    counted : (N,) array of bool
+        True for the samples that count.
+    """
     if not np.all(np.isfinite(made)):
         return None
     used = np.lib.stride_tricks.sliding_window_view(counted, _ORDER + 1).all(axis=1)

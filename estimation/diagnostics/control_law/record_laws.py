@@ -21,7 +21,7 @@ class RecordLaws(Uncached, Exact):
     Attributes
     ----------
     records : tuple of (GeneratedAxis, Record)
-        Each with its axis.
+        The records, each with its axis.
     """
 
     records: tuple[tuple[GeneratedAxis, Record], ...]

@@ -1,6 +1,6 @@
-"""Guess how a text file writes a table: separator, decimal mark, header, units, first row of data.
+"""Guess the dialect of a table in a text: separator, decimal mark, header, units, first data row.
 
-A guess is made only where one reading fits and no other does as well.
+A dialect is guessed only if it fits the text better than any other.
 """
 
 import csv
@@ -20,9 +20,9 @@ _SEPARATORS = (";", "\t", ",", "|", None)
 _SAMPLE = 400  # lines looked at
 _MOST_COLUMNS = 10_000
 _NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
-#: What a spreadsheet writes for a number it lacks, `#N/A` or `#DIV/0!`, before another cell.
+#: Text of a spreadsheet for a missing number, `#N/A` or `#DIV/0!`, before another cell.
 _SHEET_ERROR = re.compile(r"\s*#(N/A|NV|[^\W\d_a-z]+(/0)?[!?])\s*[;\t,| ]")
-#: With a decimal point, and with a decimal comma.
+#: Patterns of a number with a decimal point, and with a decimal comma.
 _NUMBERS = tuple(
     re.compile(
         rf"\s*[+-]?((\d+{mark}?\d*|{mark}\d+)(e[+-]?\d+)?|nan|inf(inity)?)\s*",
@@ -42,15 +42,15 @@ class Dialect:
     Attributes
     ----------
     separator : str or None
-        None for any run of blanks.
+        Separator of the cells; None for any run of blanks.
     comma : bool
-        Numbers have a decimal comma.
+        True if numbers have a decimal comma.
     names, units, labels : tuple of str
-        Of the columns; units are empty where none is written.
+        Names, units and whole headers of the columns; a unit is empty if none is written.
     first : int
-        Which of the filled lines is the first row of data.
+        Index of the first row of data among the filled lines.
     notes : tuple of str
-        What was assumed, for the user.
+        Assumptions, for the user.
     """
 
     separator: str | None
@@ -62,20 +62,21 @@ class Dialect:
     notes: tuple[str, ...]
 
     def cells(self, line: str) -> list[str]:
-        """Cells of a line, stripped; one that a last separator leaves empty is dropped."""
+        """Return the cells of a line, stripped, without an empty cell after a last separator."""
         return split_cells(line, self.separator, len(self.names))
 
 
 def how_written(separator: str | None, *, comma: bool) -> str:
-    """Separator and decimal mark, for the user."""
+    """Return a text on separator and decimal mark, for the user."""
     named = _NAMED.get(separator, repr(separator))
     return f"separator {named}, decimal {'comma' if comma else 'point'}"
 
 
 def split_cells(line: str, separator: str | None, width: int | None = None) -> list[str]:
-    """Cells of a line, stripped; one of a line that is no row of a table.
+    """Return the cells of a line, stripped.
 
-    Of a table of so many columns without one that a last separator leaves empty.
+    If `width`, the number of columns of the table, is given, an empty cell after a last separator
+    is left out.
     """
     if separator is None:
         return line.replace('"', "").split()
@@ -90,17 +91,20 @@ def split_cells(line: str, separator: str | None, width: int | None = None) -> l
 
 
 def is_comment(line: str) -> bool:
-    """Return whether a line is one for the reader's eye."""
+    """Return True if a line is a comment."""
     return line.lstrip().startswith(("#", "%", "//")) and not _SHEET_ERROR.match(line)
 
 
 def is_number(cell: str, *, comma: bool = False) -> bool:
-    """Return whether a cell is a number with a decimal point, or with a decimal comma."""
+    """Return True if a cell is a number with a decimal point, or with a decimal comma (`comma`)."""
     return bool(_NUMBERS[comma].fullmatch(cell))
 
 
 def sniff(source: str, lines: list[Line]) -> Dialect:
-    """Find the dialect of the filled lines of a file.
+    """Return the dialect of the filled lines of a file.
+
+    Separator, decimal mark and width are those that fit the first lines best; header and units are
+    then taken from the lines above the data.
 
     Parameters
     ----------
@@ -179,7 +183,24 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
 
 
 class _Reading(NamedTuple):
-    """One way to read the sample, as good as its fit: numbers, header, mark, width."""
+    """One dialect of the first lines of a text, with its quality of fit.
+
+    Attributes
+    ----------
+    separator : str or None
+        Separator of the cells; None for any run of blanks.
+    comma : bool
+        True if numbers have a decimal comma.
+    width : int
+        Number of columns.
+    first : int
+        Index of the first row of data among the filled lines.
+    table_rows : int
+        Number of rows of the table among the first lines.
+    fit : (float, bool, bool, int)
+        Quality of fit, by which dialects are ordered: share of numbers among the cells, True with a
+        header, True if a number uses the decimal mark, and number of columns.
+    """
 
     separator: str | None
     comma: bool
@@ -190,6 +211,20 @@ class _Reading(NamedTuple):
 
 
 def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
+    """Return the dialect that fits the first lines best.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file, for messages.
+    sample : list of (int, str)
+        Indices and texts of the first filled lines.
+
+    Raises
+    ------
+    DataError
+        No dialect gives a table of numbers.
+    """
     quoted = any('"' in line for _, line in sample)
     tried = [
         _read(sample, separator, comma)
@@ -214,7 +249,7 @@ def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
 
 
 def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> _Reading | None:
-    """How the sample reads with a separator and a decimal mark; None where it is no table."""
+    """Return the first lines as read with a separator and a decimal mark; None for no table."""
     rows = [(i, split_cells(line, separator)) for i, line in sample]
     numbers = [[is_number(cell, comma=comma) for cell in cells] for _, cells in rows]
     # Beside a number a time stamp is one too, as in a row of a long table.
@@ -264,9 +299,27 @@ def _header(
     separator: str | None,
     width: int,
 ) -> tuple[list[str], list[str], str]:
-    """Header cells, cells of a row of units (empty if none), and a note on what is above."""
+    """Return the cells of the header and of a row of units, and a note on lines above them.
+
+    The units are empty without a row of units. The note is empty without lines above the header.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file, for messages.
+    lines : list of (int, str)
+        Line numbers and texts.
+    above : list of int
+        Indices of lines above the data that may be header and units.
+    first : int
+        Index of the first row of data.
+    separator : str or None
+    width : int
+        Number of columns.
+    """
 
     def cells(index: int) -> list[str]:
+        """Return the cells of a filled line without marks of a comment."""
         return split_cells(lines[index][1].lstrip("#%/ "), separator, width)
 
     commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
@@ -293,16 +346,17 @@ def _header(
 
 
 def _is_unit_row(cells: list[str]) -> bool:
-    """Whether most filled cells are units, or all are marks of none, such as `-` and `[]`."""
+    """Return True for a row of units: most cells are units, or marks of none such as `-`, `[]`."""
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
     units = sum(is_unit(c) and not is_number(c) for c in filled)
     return any(cells) and 2 * units >= len(filled)
 
 
 def _until_decided(lines: list[Line], body: list[str], separator: str | None) -> list[str]:
-    """Rows of the sample, with later ones where no number of it has a decimal mark.
+    """Return rows of data in which a number has a decimal mark, if there are any.
 
-    An axis at rest writes plain zeros before its first decimals.
+    These are the first rows (`body`), or later ones if no number of the first rows has a decimal
+    mark: the log of an axis at rest may begin with plain zeros.
     """
     if _marked(body, separator, ".") or _marked(body, separator, ","):
         return body
@@ -313,6 +367,7 @@ def _until_decided(lines: list[Line], body: list[str], separator: str | None) ->
 
 
 def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
+    """Return the cells of rows that are numbers with a decimal mark, a point or a comma."""
     marked = (line.replace('"', "") for line in body if mark in line)
     cells = (cell.strip() for line in marked for cell in line.split(separator))
     return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]

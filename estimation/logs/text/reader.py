@@ -1,6 +1,6 @@
-"""Delimited text of any dialect, decoded and parsed; see `dialect` for how it is recognised.
+"""Reading of delimited text of any dialect, which `dialect` guesses.
 
-At its end may be what is no row: a line that was cut off as the logger stopped, or a footer.
+Lines at the end may be no rows: a line that was truncated when the logger stopped, or a footer.
 """
 
 from collections.abc import Sequence
@@ -17,16 +17,16 @@ from .dialect import Dialect, Line, is_comment, is_number, sniff, split_cells
 from .time_stamps import TimeStampError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
 
-#: Leaves out what is no row at the end.
+#: Advice to leave out incomplete lines at the end.
 _DROP_TAIL = ', or leave out the end of the log with tail = "drop" in run.toml'
-_NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
+_NEIGHBOURS = 20  # number of lines above the last with which its last number is compared
 
 _LABVIEW_END = "***End_of_Header***"
-_SEPARATOR = "Separator"  # which stands behind that word, before its own name
+_SEPARATOR = "Separator"  # label in the header of a LabVIEW file, followed by the separator
 
 
 def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: str = "") -> Table:
-    """Read a text file: delimited text, or what TwinCAT Scope or LabVIEW writes.
+    """Return the table of a text: delimited text, or an export of TwinCAT Scope or LabVIEW.
 
     Parameters
     ----------
@@ -34,14 +34,15 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: 
         File name, for messages.
     content : bytes
     drop_tail : bool
-        Whether lines at the end that are no rows may be left out.
+        True if incomplete lines at the end may be left out. A truncated last number is always left
+        out.
     endings : str
-        Of the formats that a file may be of which is no text, for messages.
+        Endings of the formats that are no text, for messages.
 
     Raises
     ------
     DataError
-        It is no text, or no table.
+        The file is no text, or has no table.
     """
     text, encoding = _decoded(source, content, endings)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
@@ -67,15 +68,15 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: 
 
 
 def _decoded(source: str, content: bytes, endings: str) -> tuple[str, str]:
-    """A file's text, and the encoding that its bytes are taken to have.
+    """Return the text of a file, and its assumed encoding.
 
-    UTF-8, with or without a byte order mark; UTF-16 by its mark or by its zero bytes; else the
-    Western Windows code page.
+    The encoding is UTF-8, with or without a byte order mark; UTF-16 by its mark or by its zero
+    bytes; otherwise Windows-1252. `endings` are those of formats that are no text, for messages.
 
     Raises
     ------
     DataError
-        It is none of these, or has zero bytes that are not those of UTF-16.
+        The file has none of these encodings, or has zero bytes that are not those of UTF-16.
     """
     even, odd = content[:2000:2].count(0), content[1:2000:2].count(0)
     encodings = ["utf-8-sig", "cp1252"]  # a mark is no part of the text
@@ -96,10 +97,10 @@ def _decoded(source: str, content: bytes, endings: str) -> tuple[str, str]:
 
 
 def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, RawColumn]:
-    """Columns of lines of text.
+    """Return the columns of lines of text by name.
 
-    An empty cell is nan. A column of time stamps counts seconds from the first; any other column
-    that holds text refuses to be read, with the place of its first such cell.
+    An empty cell is NaN. A column of time stamps has seconds from the first one. Any other column
+    with text is refused when it is used; the error names its first such cell.
 
     Parameters
     ----------
@@ -112,9 +113,9 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     Raises
     ------
     DataError
-        A row has not as many cells as the header names columns.
+        The number of cells of a row is not the number of columns of the header.
     """
-    first = dialect.cells(lines[0][1])  # whose text tells which columns hold some
+    first = dialect.cells(lines[0][1])  # a column is text if its first cell is
     text = {k for k, c in enumerate(first) if c and not is_number(c, comma=dialect.comma)}
     numeric = [k for k in range(len(dialect.names)) if first and k not in text]
     values = _parse([line for _, line in lines], dialect, numeric)
@@ -141,7 +142,10 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
 
 
 def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | None:
-    """Some columns of rows as (n, columns) by NumPy's parser; None where it stumbles."""
+    """Return some columns of rows, (n, c), by NumPy's parser; None if it cannot parse them.
+
+    `numeric` are the indices of the columns.
+    """
     delimiter, width = dialect.separator, len(dialect.names)
     separators = lines[0].count(delimiter) if delimiter else width - 1
     some = len(numeric) < width or separators == width
@@ -173,7 +177,10 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 def _of_cells(
     source: str, lines: list[Line], dialect: Dialect, k: int, cells: list[str]
 ) -> RawColumn:
-    """A column of numbers, of time stamps, or one that refuses to be read."""
+    """Return a column, by its index k, from its cells: numbers, time stamps, or an error.
+
+    The error is that of a column with text, which is raised when the column is used.
+    """
     comma, why = dialect.comma, ""
     row = next((i for i, c in enumerate(cells) if c and not is_number(c, comma=comma)), None)
     if row is None:
@@ -200,12 +207,14 @@ def _of_cells(
 
 
 def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[str, ...]]:
-    """The table of a LabVIEW measurement file without its heads, and what was assumed.
+    """Return the lines of the table in a LabVIEW measurement file, and notes on assumptions.
+
+    The lines are a header with names and units, and the rows, without the headers of the file.
 
     Raises
     ------
     DataError
-        Its heads have no end, or no names of columns follow.
+        The headers of the file have no end, or no names of columns follow.
     """
     ends = [k for k, (_, line) in enumerate(lines[:200]) if line.startswith(_LABVIEW_END)]
     if not ends or ends[-1] + 1 >= len(lines):
@@ -232,9 +241,10 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
 
 
 def complete_lines(lines: list[Line], dialect: Dialect) -> int:
-    """Return the number of complete lines before incomplete ones at the end; all if many are.
+    """Return the number of lines without incomplete ones at the end.
 
-    A row has the kinds of cells that the first has, and those that its neighbour has.
+    A complete row has the same kinds of cells as the first row, and no empty cell that the row
+    above it does not have. All lines are returned if more than fifty at the end are incomplete.
     """
     kinds = [_kind(cell, dialect) for cell in dialect.cells(lines[0][1])]
     # More unlike lines than fifty are another table.
@@ -250,7 +260,10 @@ def complete_lines(lines: list[Line], dialect: Dialect) -> int:
 
 
 def is_cut(lines: list[Line], dialect: Dialect) -> bool:
-    """Return whether the last number is shorter than all above it and has no line end."""
+    """Return True if the last line, which has no line end, is probably truncated.
+
+    Its last number is then shorter than those of all lines above that are compared.
+    """
     rows = [dialect.cells(line) for _, line in lines[-_NEIGHBOURS - 1 :]]
     if len(rows) <= _NEIGHBOURS or any(len(row) != len(dialect.names) for row in rows):
         return False  # cut off in another cell, which shows, or too few to tell
@@ -259,7 +272,7 @@ def is_cut(lines: list[Line], dialect: Dialect) -> bool:
 
 
 def left_out(lines: list[Line]) -> Repair:
-    """Return the repair for lines at the end that are left out."""
+    """Return the repair that reports lines at the end that are left out."""
     if not lines:
         return Repair(kind="tail", count=0, text="no incomplete lines at the end")
     number, line = lines[0]
@@ -273,5 +286,6 @@ def left_out(lines: list[Line]) -> Repair:
 
 
 def _kind(cell: str, dialect: Dialect) -> str:
+    """Return the kind of a cell: ``number``, ``stamp`` or ``text``."""
     is_text = "stamp" if is_stamp(cell) else "text"
     return "number" if is_number(cell, comma=dialect.comma) else is_text

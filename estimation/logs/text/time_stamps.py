@@ -1,4 +1,4 @@
-"""Time stamps in seconds from the first, as they are written; what may mean two is refused."""
+"""Conversion of time stamps to seconds from the first one; ambiguous time stamps are refused."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -28,9 +28,9 @@ class TimeStampError(ValueError):
     Attributes
     ----------
     row : int
-        The first cell that is none.
+        Index of the first cell that is no time stamp.
     why : str
-        Where it is no mere text.
+        Reason, if the cell is similar to a time stamp; empty for a text.
     """
 
     def __init__(self, row: int, why: str = "") -> None:
@@ -39,12 +39,15 @@ class TimeStampError(ValueError):
 
 
 def is_stamp(cell: str) -> bool:
-    """Return whether a cell is a time stamp; hours and minutes need a date, or am or pm."""
+    """Return True if a cell is a time stamp.
+
+    Hours and minutes without seconds need a date, or am or pm.
+    """
     return _groups(cell) is not None
 
 
 def _groups(cell: str) -> tuple[str, ...] | None:
-    """Date, hour, minute, second, fraction, half of the day and zone; None for no stamp."""
+    """Return date, hour, minute, second, fraction, am or pm, and zone; None for another cell."""
     match = _STAMP.fullmatch(cell)
     if match is None:
         return None
@@ -54,17 +57,18 @@ def _groups(cell: str) -> tuple[str, ...] | None:
 
 
 def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
-    """Seconds from the first stamp, nan where a cell is empty, and what was assumed.
+    """Return seconds from the first time stamp, (N,), and a note on assumptions.
 
-    Dates are ``2026-02-01``, ``2026/02/01``, ``1.2.2026`` (the day first), and ``02/01/2026`` where
-    only one order of day and month fits or all stamps are of one date. Zones such as ``+01:00`` or
-    ``UTC`` count; one that is named, such as ``CET``, is to be that of all, and counts nothing.
-    Without dates, a step back by more than half a day is midnight.
+    Empty cells are NaN. Dates are ``2026-02-01``, ``2026/02/01``, ``1.2.2026`` (the day first), and
+    ``02/01/2026`` if only one order of day and month fits, or all stamps have one date. Zones such
+    as ``+01:00`` or ``UTC`` are taken into account. A named zone, such as ``CET``, must be that of
+    all stamps, and is ignored. Without dates, a step back by more than half a day is midnight.
 
     Raises
     ------
     TimeStampError
-        A cell is no time stamp, there is no such day, or the order of day and month is open.
+        A cell is no time stamp, a day does not exist, the formats differ, or the order of day and
+        month is ambiguous.
     """
     filled = [k for k, cell in enumerate(cells) if cell]
     groups = [_groups(cells[k]) for k in filled]
@@ -100,7 +104,7 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
 def _since_midnight(
     hour: str, minute: str, second: str, fraction: str, half: str, zone: str
 ) -> int:
-    """Nanoseconds since midnight, of UTC where the zone says how far ahead of it the clock is."""
+    """Return nanoseconds since midnight; of UTC if the zone gives the offset from UTC."""
     hours = int(hour) % 12 + 12 * (half.lower() == "pm") if half else int(hour)
     seconds = hours * 3600 + int(minute) * 60 + int(second or "0")
     if ahead := _AHEAD.fullmatch(zone):
@@ -110,7 +114,10 @@ def _since_midnight(
 
 
 def _order(dates: Iterable[str]) -> tuple[str, str]:
-    """Which of ``day`` and ``month`` comes first in dates with slashes, and what is said of it."""
+    """Return ``day`` or ``month``, the one that comes first in dates with slashes, and a note.
+
+    The note is empty if no assumption was needed.
+    """
     slashed = {tuple(map(int, text.split("/"))) for text in dates if text.find("/") in (1, 2)}
     day_first = any(first > 12 for first, _, _ in slashed)
     month_first = any(second > 12 for _, second, _ in slashed)
@@ -123,6 +130,10 @@ def _order(dates: Iterable[str]) -> tuple[str, str]:
 
 
 def _day(text: str, order: str) -> int:
+    """Return the number of the day of a date, or of a count such as ``3 days``; 0 for no date.
+
+    `order`, ``day`` or ``month``, is the part that comes first in dates that end with the year.
+    """
     if not text or "day" in text:
         return int((text or "0").split(maxsplit=1)[0])
     parts = [int(part) for part in re.split(r"[-./]", text)]

@@ -1,10 +1,10 @@
-"""Text that TwinCAT Scope exports: a head for the file, a head for each channel, then columns.
+"""Reading of an export of TwinCAT Scope: headers of the file and of each channel, then columns.
 
-The heads are rows of a label and its value, repeated for every channel (``Name``, ``Data-Type``,
-``SampleTime[ms]``, ``Unit``, ...), all or few of them, as the export was set. Below them stands a
-time column, in milliseconds or in units of 100 ns since 1601, before each channel (`Timelines:
-All`) or before each group of channels of one sample time. Channels that were sampled less often end
-earlier and leave their cells empty, or repeat their last time and value.
+The headers are rows of a label and its value, repeated for every channel (``Name``, ``Data-Type``,
+``SampleTime[ms]``, ``Unit``, ...); the settings of the export determine which rows there are. Below
+them are columns. A time column, in milliseconds or in units of 100 ns since 1601, precedes each
+channel (`Timelines: All`) or each group of channels with one sample time. Channels that were
+sampled less often end earlier: their cells are empty, or repeat the last time and value.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from axisid.support.errors import DataError
 from .dialect import Line, how_written, is_number
 
 _NAME = "Name"
-#: Labels of a channel's head; others may have one of them, but not right above their numbers.
+#: Labels of a channel's header; another text may have one of them, but not just above its numbers.
 _LABELS = frozenset(
     (
         *("Name", "SymbolComment", "Data-Type", "SampleTime[ms]", "SampleTime", "VariableSize"),
@@ -32,6 +32,8 @@ _LABELS = frozenset(
 
 
 class _Channel(NamedTuple):
+    """A channel: its name and unit, and the indices of its columns of values and of times."""
+
     name: str
     unit: str
     value: int  # column
@@ -39,7 +41,7 @@ class _Channel(NamedTuple):
 
 
 def is_twincat(lines: Sequence[Line]) -> bool:
-    """Return whether filled lines begin as an export of TwinCAT Scope does."""
+    """Return True if filled lines are an export of TwinCAT Scope, by their beginning."""
     if not lines or not lines[0][1].startswith((_NAME, "File")):
         return False
     separator = lines[0][1][len(_NAME) : len(_NAME) + 1]
@@ -56,13 +58,13 @@ def is_twincat(lines: Sequence[Line]) -> bool:
 
 
 def _heads(lines: Sequence[str], separator: str) -> list[list[str]]:
-    """The cells of the lines before the first that begins with a number."""
+    """Return the cells of the header: of all lines before the first that begins with a number."""
     cells = (line.rstrip("\r\n").split(separator) for line in lines)
     return [*takewhile(lambda c: not is_number(c[0].strip().replace(",", ".")), cells)]
 
 
 def read_twincat(source: str, lines: Sequence[Line]) -> Table:
-    """Read an export of TwinCAT Scope.
+    """Return the table of an export of TwinCAT Scope.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
 
 
 def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
-    """Channels by their place in the heads; a cell that repeats the label begins a time column."""
+    """Return the channels of the header; a cell that repeats the label marks a time column."""
     last = max(i for i, cells in enumerate(heads) if cells[0] == _NAME)
     rows = {cells[0]: cells for cells in heads[last:]}
     channels: list[_Channel] = []
@@ -126,7 +128,11 @@ def _values(
     *,
     comma: bool,
 ) -> list[Array]:
-    """The columns, nan where a cell is empty; times since 1601 are counted from the first."""
+    """Return all columns, (N,) each, with NaN for empty cells.
+
+    Times since 1601 are converted to milliseconds from the first one. `comma` is True for a decimal
+    comma.
+    """
     width, times = 1 + max(c.value for c in channels), {c.time for c in channels}
     rows: list[list[float]] = []
     start = Decimal()
@@ -157,9 +163,10 @@ def _values(
 
 
 def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> RawColumn:
-    """A channel with its times, without rows that it left empty or filled with its last sample.
+    """Return the column of a channel with its times, s.
 
-    A sample that lacks its value or its time alone stays, and is told by whoever needs it.
+    Rows are left out in which both cells are empty, or repeat the last time and value. A row that
+    lacks only its value or its time is kept; it is reported when the column is used.
     """
     repeated = (np.diff(samples, prepend=np.nan) == 0) & (np.diff(clock, prepend=np.nan) == 0)
     dropped = repeated | (np.isnan(samples) & np.isnan(clock))

@@ -71,7 +71,7 @@ def log_content(
 
 
 def _head(role: str, axis: Axis) -> str:
-    """Return name and unit of a column, such as ``position [m]``."""
+    """Return the header of a column of a role, its name and unit, such as ``position [m]``."""
     declared = str(axis.columns.get(role, role))
     name, colon, meaning = (part.strip() for part in declared.rpartition(":"))
     if colon and is_scaling(meaning):
@@ -84,7 +84,10 @@ def _head(role: str, axis: Axis) -> str:
 
 
 def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, float]]:
-    """Return factor and offset to SI of the numbers of each role."""
+    """Return the factor and the offset from the numbers of a log to SI, by role.
+
+    They are found by reading a few numbers from a table with these headers (`heads`, by role).
+    """
     builder = TableBuilder()
     for (name, unit), head in zip(split_labels([*heads.values()]), heads.values(), strict=True):
         builder.add(name, _PROBED, unit=unit, label=head)
@@ -110,6 +113,7 @@ def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, floa
 
 
 def _as_logged(values: Array, factor: float, offset: float) -> Array:
+    """Return values in SI as the numbers of a log, (N,): whole numbers for counts."""
     if (factor, offset) == (1.0, 0.0):
         return values
     raw = (values - offset) / factor
@@ -119,6 +123,7 @@ def _as_logged(values: Array, factor: float, offset: float) -> Array:
 
 
 def _csv(columns: Mapping[str, Array], about: str, file: Path) -> str:
+    """Return columns, (N,) by header, as comma-separated text with a first line `about`."""
     # Quotes would be part of a name, and a line of numbers is no header.
     if any(set(head) & set(',"\r\n') for head in columns) or all(
         is_number(name) for name, _ in split_labels([*columns])

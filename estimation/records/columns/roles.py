@@ -33,6 +33,7 @@ class RoleColumns:
     names : mapping of str to str
         Names of the columns in the log, by role.
     samples : mapping of str to Samples
+        Values in SI by role, each with its times if the log has them.
     scales : mapping of str to Scale
         Scales from the numbers of the log to SI, if these differ.
     notes : tuple of str
@@ -69,7 +70,7 @@ class RoleColumns:
         return self.samples[motion_role(self.samples)]
 
     def repaired(self, samples: Mapping[str, Samples], *repairs: Repair) -> "RoleColumns":
-        """Return the columns with other samples of some of them, and further repairs."""
+        """Return the columns with new samples of some roles, and with further repairs reported."""
         return replace(self, samples={**self.samples, **samples}, repairs=(*self.repairs, *repairs))
 
 
@@ -85,7 +86,10 @@ def role_columns(
     has_period: bool = False,
     injected_at: str | None = None,
 ) -> RoleColumns:
-    """Return the columns of a table that have a role.
+    """Return the columns of a table that have a role, in SI.
+
+    Names are those that the user gives (`requested`, by role), or else those of the axis, or else
+    the names of the roles.
 
     A column that only the axis names may be missing in these cases: the time, if the period is
     given or the file has clocks of its own; the reference, a test signal, velocity and acceleration
@@ -97,6 +101,7 @@ def role_columns(
     notes = _placed(
         table.source, chosen, axis, place, requested=requested, has_place=bool(injected_at)
     )
+    # Convert each column to SI; without a unit it is assumed to be in SI.
     names, samples, scales, without_unit = {}, {}, {}, {}
     for role, (name, unit) in chosen.items():
         column, conversion = table.columns[name], ""
@@ -121,6 +126,7 @@ def role_columns(
             without_unit[role] = name
         names[role], samples[role] = name, replace(column_samples, values=values)
         notes += [note for note in (column.note, conversion) if note and note not in notes]
+    # A time column that does not belong to the motion is not used.
     if "time" in samples and "time" not in requested:
         others = {role: s for role, s in samples.items() if role != "time"}
         moving, time_rows = motion_role(others), len(samples["time"].values)
@@ -154,7 +160,9 @@ def _placed(
     requested: Container[str],
     has_place: bool,
 ) -> list[str]:
-    """Return notes on the injection point of the test signal; without one, leave it out.
+    """Return notes on the injection point of the test signal (`place`).
+
+    Without an injection point, the test signal is removed from the chosen columns.
 
     Raises
     ------
@@ -183,13 +191,24 @@ def _placed(
 
 
 def _has_clocks(columns: Iterable[Samples]) -> bool:
+    """Return True if the log has times for each column."""
     return all(samples.clock is not None for samples in columns)
 
 
 def _choose(
     table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
 ) -> tuple[dict[str, _Chosen], tuple[str, ...]]:
-    """Return the columns by role, and notes on missing ones."""
+    """Return the name and the given unit of the column of each role, and notes on missing columns.
+
+    The unit is empty if none is given.
+
+    Raises
+    ------
+    UsageError
+        A requested role does not exist.
+    DataError
+        A column is missing that is needed or was requested, has no numbers, or has two roles.
+    """
     roles = ROLES if axis is None else axis.roles
     for role, wanted in requested.items():
         refuse(
@@ -287,7 +306,10 @@ def _without(
 def _missing_columns(
     table: Table, chosen: Mapping[str, object], missing: dict[str, str]
 ) -> DataError:
-    """Return the error of all columns that are not found, with similar names."""
+    """Return the error that columns are missing, with similar names of the table.
+
+    `chosen` has the columns that were found, and `missing` the names that were not, both by role.
+    """
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
     several = [candidates for name in missing.values() if len(candidates := table.alike(name)) > 1]
     names = {name.casefold(): name for name in list(table.columns)[:1000]}
@@ -309,6 +331,7 @@ def _missing_columns(
 
 
 def _to_name(roles: Iterable[str]) -> str:
+    """Return the setting that names the columns of some roles."""
     return setting("columns", dict.fromkeys(roles, "NAME"))
 
 

@@ -51,7 +51,9 @@ def is_scaling(text: str) -> bool:
 
 
 def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity | None]:
-    """Return the quantity of a 1 in a column, and the offset that is added, in coherent units.
+    """Return the quantity of the number 1 in a column, and the offset that is added to it.
+
+    The offset is None if the text has none. Both are in coherent units.
 
     Parameters
     ----------
@@ -99,6 +101,7 @@ def _check_numbers(text: str) -> None:
 
 
 def _quantity(value: Fraction, unit: str) -> UnitQuantity:
+    """Return a number with its unit as a quantity; counts of an encoder have no unit."""
     name = unit.strip()
     if not name or name.lower() in COUNTS:
         return UnitQuantity(value, is_count=bool(name))
@@ -116,7 +119,17 @@ def _known(name: str) -> UnitQuantity | None:
 
 
 def _offset(quantity: UnitQuantity, of: UnitQuantity, base: UnitQuantity) -> UnitQuantity:
-    """Return an offset in the unit of the result; scale one in counts or in the column's unit."""
+    """Return the offset of a scaling in the unit of its result.
+
+    An offset in counts, or in the unit of the column, is multiplied by the scaling.
+
+    Parameters
+    ----------
+    quantity : UnitQuantity
+        Offset as the user gave it.
+    of, base : UnitQuantity
+        Quantity of the number 1 in the column, with and without the factors of the scaling.
+    """
     if quantity.is_count and base.is_count:
         return of * replace(quantity, is_count=False)
     if quantity.unit is None:
@@ -197,12 +210,13 @@ def to_si(
     own: str | None = None,
     injected_at: str | None = None,
 ) -> tuple[Array, str]:
-    """Return a column in SI, and a note on the conversion; an empty note without conversion.
+    """Return a column in SI, (N,), and a note on the conversion; an empty note without conversion.
 
     Parameters
     ----------
     role : str
     values : (N,) array
+        Numbers of the column.
     text : str
         Unit of the numbers as in the file or as given by the user, or a scaling such as
         ``counts*360deg/4096``, see `read_scaling`.
@@ -281,7 +295,9 @@ def to_si(
 
 
 def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], source: str) -> None:
-    """Refuse a length that contains an angle, and an angle without a unit of angle.
+    """Refuse a scaling whose result contains a wrong power of an angle.
+
+    That is a length that contains an angle, or an angle without a unit of angle.
 
     Angles are dimensionless in SI, so that ``rpm*5mm`` has the unit of a speed: it differs by 2 pi
     from that of a screw with a lead of 5 mm per turn.
@@ -317,7 +333,7 @@ def _is_of(name: str, unit: str) -> bool:
 
 
 def likely_unit(declared: str, times: float, vague: float) -> str | None:
-    """Return the usual unit of a column whose numbers are a multiple of those in the declared unit.
+    """Return a usual unit of logs in which the numbers of a column may be, by their ratio.
 
     Parameters
     ----------

@@ -90,6 +90,7 @@ def main() -> NoReturn:
 
 
 def _run() -> Any:
+    """Run the command, with warnings as single lines on stderr; return its exit code."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", RuntimeWarning)
         without_arithmetic_warnings()

@@ -16,6 +16,7 @@ from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.parsing import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files import axis_file, digest_of, json_text, read_regular, stamps, write_file
+from axisid.support.settings import settings_in_python
 from axisid.support.version import __version__
 
 from .items import FleetItem
@@ -168,6 +169,7 @@ def result_file(folder: str | Path, name: str) -> Path:
     return Path(folder, f"{name}.json")
 
 
+@settings_in_python()
 def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
     """Identify an axis from one log and write the result; errors of the log go into the row.
 

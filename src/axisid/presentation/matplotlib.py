@@ -119,7 +119,7 @@ class Drawing(Figure):
 
 
 def draw(plot: Plot, title: str = "") -> Drawing:
-    """Draw a plot.
+    """Return a new figure of a plot, with one pair of axes per panel.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def draw(plot: Plot, title: str = "") -> Drawing:
 
 
 def draw_on(plot: Plot, ax: object) -> Figure:
-    """Draw a plot on existing axes, in the style of their figure.
+    """Draw a plot on existing axes, and return their figure.
 
     Parameters
     ----------
@@ -167,6 +167,7 @@ def draw_on(plot: Plot, ax: object) -> Figure:
 
 
 def _draw_panels(axes: Sequence[Axes], plot: Plot, columns: int) -> None:
+    """Draw the panels of a plot on axes, with `columns` legend entries side by side."""
     for each, panel in zip(axes, plot.panels, strict=True):
         _draw_panel(each, panel, plot, columns)
     axes[-1].set_xlabel(_plain(plot.x_label))
@@ -174,7 +175,7 @@ def _draw_panels(axes: Sequence[Axes], plot: Plot, columns: int) -> None:
 
 
 def rendered(figure: Figure, form: str) -> bytes:
-    """Return the bytes of a figure as ``pdf``, ``svg`` or ``png``; they are reproducible."""
+    """Return a figure as the bytes of a ``pdf``, ``svg`` or ``png`` file; they are reproducible."""
     stamps: dict[str, dict[str, Any]] = {
         "pdf": {"Creator": "axisid", "CreationDate": None},
         "svg": {"Creator": "axisid", "Date": None},
@@ -187,7 +188,7 @@ def rendered(figure: Figure, form: str) -> bytes:
 
 
 def _style() -> Any:
-    """Return the style with the installed fonts.
+    """Return Matplotlib's settings for all figures, with the fonts that are installed.
 
     With a list of families, a missing glyph is taken from the next font; with a generic family it
     is not.
@@ -197,6 +198,7 @@ def _style() -> Any:
 
 
 def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
+    """Draw the series, levels, shaded stretches, marks and legend of one panel."""
     axes.set_ylabel(_plain(panel.label))
     if plot.log:
         axes.set_xscale("log")
@@ -224,7 +226,10 @@ def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
 
 
 def _name_marks(axes: Axes, plot: Plot) -> None:
-    """Write the names of marks above the axes; two names go to both sides."""
+    """Write the names of marked x values above the axes.
+
+    Of two names, one is written to the left and the other to the right of its mark.
+    """
     places = sorted(place for place, _ in plot.marks)
     for place, name in plot.marks:
         side = "center" if len(places) != 2 else "right" if place == places[0] else "left"
@@ -241,7 +246,7 @@ def _name_marks(axes: Axes, plot: Plot) -> None:
 
 
 def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
-    """Draw the legend in the order of the panel, unless the panel above has the same."""
+    """Draw the legend of a panel, in its order, unless the panel above has the same legend."""
     labels = [series.label for series in panel.series if not series.aside]
     first = panel is plot.panels[0]
     before = plot.panels[max(plot.panels.index(panel) - 1, 0)]
@@ -263,6 +268,7 @@ def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
 
 
 def _draw_series(axes: Axes, series: PlotSeries) -> None:
+    """Draw one series as stems, points with error bars, or a line with its band."""
     color, label = _COLORS[series.tone], _plain(series.label) or "_none"
     if series.kind == "stems":
         axes.vlines(series.x, 0, series.y, color=color, linewidth=1.2, label=label)
@@ -311,7 +317,16 @@ def _plain(text: str) -> str:
 
 
 def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
-    """Set the ticks of an axis for its final limits."""
+    """Set the ticks of an axis, once its limits are final.
+
+    Parameters
+    ----------
+    axis : Axis
+    log : bool
+        Whether the axis is logarithmic.
+    whole : bool
+        Whether ticks are whole numbers.
+    """
     axis.set_major_locator(
         MaxNLocator(
             "auto",
@@ -359,7 +374,7 @@ def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float =
 
 
 def sweep_figure(result: Sweep, path: Path) -> None:
-    """Draw every parameter over the cut-off.
+    """Draw every parameter over the cut-off frequency.
 
     Parameters
     ----------
@@ -376,11 +391,12 @@ def sweep_figure(result: Sweep, path: Path) -> None:
 
 
 def write_figures(plots: Iterable[Plot | Missing], folder: Path, form: str) -> list[Path]:
-    """Write each available plot to its own file, without title.
+    """Write each plot that is not Missing to its own file, without title; return the files.
 
     Parameters
     ----------
     plots : iterable of Plot or Missing
+        Missing plots are skipped.
     folder : Path
         Created if it does not exist.
     form : {"pdf", "svg", "png"}
@@ -398,4 +414,5 @@ def write_figures(plots: Iterable[Plot | Missing], folder: Path, form: str) -> l
 
 
 def _save(figure: Drawing, path: Path) -> None:
+    """Write a figure to a file in the format of its suffix; ``png`` without a suffix."""
     replace_file(path, rendered(figure, path.suffix.removeprefix(".").lower() or "png"))

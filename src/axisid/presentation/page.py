@@ -93,7 +93,10 @@ def script_json(value: Any) -> str:
 
 
 def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
-    """Return the data of the figures: ``arrays`` in base64, and ``plots`` that refer to them."""
+    """Return the figures as data for the page's scripts.
+
+    ``arrays`` has each distinct array in base64, and ``plots`` refers to arrays by their index.
+    """
     numbers: dict[str, int] = {}  # of arrays, by content
 
     def put(values: Any) -> Any:
@@ -111,7 +114,11 @@ def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
 
 
 def _thinned_series(series: PlotSeries) -> PlotSeries:
-    """Return a series with at most `_MOST_POINTS` points."""
+    """Return a series with at most 30,000 points.
+
+    A line keeps the extremes of each stretch, points are thinned evenly. A series with a band is
+    not thinned.
+    """
     if len(series.x) <= _MOST_POINTS or series.low is not None:
         return series
     every = -(-len(series.x) // _MOST_POINTS)
@@ -124,7 +131,9 @@ def _thinned_series(series: PlotSeries) -> PlotSeries:
 
 
 def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """Return minimum and maximum of each stretch, in their order, evenly spaced in x.
+    """Return a curve with fewer points: minimum and maximum of each stretch, in their order.
+
+    The returned points are evenly spaced in x.
 
     Parameters
     ----------
@@ -146,7 +155,15 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
 
 
 def figures_html(plots: Mapping[int, Mapping[str, Plot | Missing]], names: Sequence[str]) -> str:
-    """Return the common figures, and the figures of each record with a picker."""
+    """Return the HTML of all figures; with several records, of those of the chosen record.
+
+    Parameters
+    ----------
+    plots : mapping of int to mapping of str to Plot or Missing
+        Figures by number of the record and by name, as `plots_by_record` returns them.
+    names : sequence of str
+        Names of the records.
+    """
     if len(plots) == 1:
         return _figures(plots[0])
     options = "".join(
@@ -161,7 +178,10 @@ def figures_html(plots: Mapping[int, Mapping[str, Plot | Missing]], names: Seque
 
 
 def _figures(plots: Mapping[str, Plot | Missing], record: int = 0) -> str:
-    """Return figures; the names of figures of one record contain its number."""
+    """Return the HTML of figures, some of them in pairs side by side.
+
+    `record` is the number of the record, which is part of their names; 0 for all records together.
+    """
     of, suffix = (f' data-record="{record}"', f"-{record}") if record else ("", "")
     plots = {name.removesuffix(suffix): plot for name, plot in plots.items()}
     kinds = {name: type(plot) for name, plot in plots.items()}
@@ -171,6 +191,17 @@ def _figures(plots: Mapping[str, Plot | Missing], record: int = 0) -> str:
 
 
 def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
+    """Return the HTML of one figure; of a missing one, its title and the reason.
+
+    Parameters
+    ----------
+    name : str
+    plot : Plot or Missing
+    of : str
+        HTML attribute with the number of the record; empty for all records.
+    half : bool
+        Whether the figure has half the width of the page.
+    """
     wide = (' class="half"' if half else "") + of
     heading = TITLES[name] if isinstance(plot, Missing) else plot.title
     title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
@@ -198,7 +229,7 @@ _SIMULATED = '<p class="simulated"><b>SIMULATED.</b> {}</p>'
 
 
 def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | None = None) -> str:
-    """Return one self-contained page about a study, without network access.
+    """Return a self-contained HTML page about a study, which needs no network access.
 
     Parameters
     ----------
@@ -229,7 +260,7 @@ def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | 
 
 
 def fit_report_html(fit: OutputFit, *, command: str = "", made: datetime | None = None) -> str:
-    """Return one self-contained page about a fit, without network access.
+    """Return a self-contained HTML page about a fit, which needs no network access.
 
     Parameters
     ----------
@@ -259,15 +290,15 @@ def report_html(
     command: str = "",
     made: datetime | None = None,
 ) -> str:
-    """Return one self-contained page about an identification, without network access.
+    """Return a self-contained HTML page about an identification, which needs no network access.
 
     Parameters
     ----------
     result : Identification
     cutoffs : Sweep, optional
-        Of the same record; see `report_sweep`.
+        Sweep of the same record over the cut-off; see `report_sweep`.
     validations : sequence of Validation
-        On further records.
+        Validations of the estimates on further records.
     command : str, optional
         Command that reproduces it.
     made : datetime, optional
@@ -310,7 +341,27 @@ def _page(
     command: str,
     made: datetime | None,
 ) -> str:
-    """Return the page of a document and its figures, with the provenance of the records."""
+    """Return the HTML page of a document and its figures, with the origin of the records.
+
+    Parameters
+    ----------
+    document : Document
+        Its headings are shown among the facts at the end of the page; its checks are in `verdict`.
+    plots : mapping of int to mapping of str to Plot or Missing
+        Figures by number of the record and by name.
+    axis : GeneratedAxis
+    records : sequence of Record
+    heading, subheading : str
+        Title of the page, by default that of the axis; and the start of the line below it.
+    verdict, model, simulated, more : str
+        HTML of the verdict, of the model (by default that of the axis), of the remark that data are
+        simulated, and of what follows the tables.
+    command : str
+        Command that reproduces the result; empty for none.
+    made : datetime or None
+        Date of the page; None for none.
+    """
+    # Collect the facts on the result, its records and the program.
     told = {k: v for b in document if isinstance(b, Heading) for k, v in b.facts.items()}
     facts = {"made": "" if made is None else made.isoformat(" ", "seconds"), **told}
     for i, record in enumerate(records, 1):
@@ -371,7 +422,7 @@ def _scrolled(document: Document) -> str:
 
 
 def _tally_legend(checks: Iterable[Check]) -> str:
-    """Return how many checks ended with each status, with the colour of its bars."""
+    """Return HTML that states how many checks have each status, with the colours of the bars."""
     counts = Counter(check.status for check in checks)
     words: Mapping[Status, str] = {
         "pass": "passed",
@@ -388,7 +439,7 @@ def _tally_legend(checks: Iterable[Check]) -> str:
 
 
 def _verdict_html(checks: Sequence[Check], judged: str) -> str:
-    """Return the headline of the verdict, a sentence for each check, and a table of all checks.
+    """Return the HTML of a verdict: headline, sentences on checks, and a table of all checks.
 
     Parameters
     ----------
@@ -416,7 +467,9 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
 def report_sweep(
     result: Identification, progress: Callable[[int, int, str], None] | None = None
 ) -> Sweep:
-    """Return the sweep of a report: the methods of the inverse model at a few cut-offs.
+    """Return a sweep over eight cut-offs for the report, by the methods of the inverse model.
+
+    Its settings are those of the identification.
 
     Parameters
     ----------
@@ -469,16 +522,20 @@ def _model_html(axis: Axis) -> str:
 
 
 def _asset(name: str) -> str:
+    """Return the text of a file of the page: a template, style or script."""
     return (files(__package__) / "assets" / name).read_text(encoding="utf-8")
 
 
 def _hash(text: str) -> str:
-    """Return the hash of a script or style for the security policy of the page."""
+    """Return the hash of a style or script for the page's content security policy."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
 def fit_plots(fit: OutputFit) -> Mapping[int, Mapping[str, Plot]]:
-    """Return figures by record number, from 1, and by name; a single record has number 0."""
+    """Return the figures of a fit by the number of the record, from 1, and by name.
+
+    A single record has the number 0.
+    """
     if len(fit.records) == 1:
         return {0: {"output": output_plot(fit)}}
     return {0: {}} | {
@@ -508,7 +565,7 @@ def write_outputs(
     ----------
     result : Identification
     validations : sequence of Validation
-        On further records.
+        Validations of the estimates on further records.
     say : callable
         Function that shows a line to the user.
     report : str, optional
@@ -521,7 +578,7 @@ def write_outputs(
     Raises
     ------
     UsageError
-        A place cannot be written to.
+        A file or folder cannot be written to.
     """
     cutoffs = _swept(result, say)
     written = []
@@ -549,7 +606,10 @@ def write_outputs(
 
 
 def _swept(result: Identification, say: Say) -> Sweep | None:
-    """Return the sweep of the report, or None if no cut-off gives an estimate."""
+    """Return the sweep for the report; None if no cut-off gives an estimate.
+
+    A sweep that takes longer than a second reports its progress by `say`.
+    """
     begin = time.monotonic()
 
     def progress(done: int, count: int, _: str) -> None:

@@ -1,4 +1,7 @@
-"""Views of each result type: blocks, plain data, dataframe, figures. One row per type."""
+"""Views of each type of result: blocks of text, plain data, dataframe, figures.
+
+`_VIEWS` has one row per type.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -88,7 +91,19 @@ _LIBRARIES = ("pandas", "polars")
 
 
 class _View(NamedTuple):
-    """Views of one result type: blocks, plain data, dataframe, figures."""
+    """Views of one type of result.
+
+    Attributes
+    ----------
+    document : callable
+        Makes the document of blocks.
+    written : callable
+        Makes the document of the result file; by default the result itself.
+    columns : callable or None
+        Makes the rows or columns of the dataframe; None without a dataframe.
+    figures : mapping of str to callable
+        Makes a figure as data, by its name.
+    """
 
     document: Callable[..., Document]
     written: Callable[..., Any] = lambda result: result
@@ -131,7 +146,19 @@ def axis_html(axis: Axis) -> str:
 
 
 def as_frame(result: Presentable, library: str | None = None) -> Any:
-    """Return the numbers of a result as a dataframe of pandas or polars."""
+    """Return the numbers of a result as a dataframe of pandas or polars.
+
+    Parameters
+    ----------
+    result : Presentable
+    library : {"pandas", "polars"}, optional
+        By default the installed one, pandas first.
+
+    Raises
+    ------
+    UsageError
+        There is no such library, it is not installed, or the result has no table of numbers.
+    """
     name = next(filter(find_spec, _LIBRARIES), "pandas") if library is None else library
     if not is_among(name, _LIBRARIES):
         raise UsageError(
@@ -184,7 +211,20 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
 def figure_of(
     result: Presentable, what: str, method: str | None = None, ax: object = None, **of: Any
 ) -> "Figure":
-    """Return a figure of a result by its name, as a new figure or on the given axes."""
+    """Return a figure of a result by its name: a new one, or drawn on the given axes.
+
+    Parameters
+    ----------
+    result : Presentable
+    what : str
+        Name of the figure; empty for the only one.
+    method : str, optional
+        Method of an identification.
+    ax : Axes or sequence of Axes, optional
+        Axes to draw on, one per panel.
+    **of
+        Further arguments of the figure, such as the number of the record.
+    """
     plot = plot_of(result, what, method, **of)
     from .matplotlib import draw, draw_on
 
@@ -192,7 +232,13 @@ def figure_of(
 
 
 def plot_of(result: Presentable, what: str, method: str | None = None, **of: Any) -> Plot:
-    """Return a figure of a result as data; a result with a single figure needs no name."""
+    """Return a figure of a result as data, by its name; the arguments are those of `figure_of`.
+
+    Raises
+    ------
+    UsageError
+        There is no such figure or method, or the figure cannot be drawn.
+    """
     figures = _view_of(result).figures
     if not what and len(figures) == 1:
         (what,) = figures
@@ -221,7 +267,10 @@ def _of_method(
     method: str | None,
     record: int | None = None,
 ) -> tuple[Any, Any]:
-    """Return result and estimate of a figure: one record by number, except for convergence."""
+    """Return the result and the estimate that a figure shows.
+
+    A figure of a live result shows one record, given by its number, except for convergence.
+    """
     if isinstance(result, Identification):
         place = record_index(1 if record is None else record, len(result.parts))
         result = result if what == "convergence" else result.parts[place]
@@ -229,12 +278,14 @@ def _of_method(
 
 
 def _saved_repeats(saved: SavedIdentification, estimate: SavedEstimate) -> Plot | Missing:
+    """Return the figure of the repeating residual of a saved result; only for the judged estimate."""
     if estimate is not saved.preferred:
         return Missing("the file contains it only for the judged estimate")
     return repeats_plot(estimate, saved.document.lack_of_fit or None)
 
 
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
+    """Return the error for a figure that a result does not have."""
     listed = ", ".join(there)
     if isinstance(result, SavedIdentification | SavedEstimate | SavedMonteCarlo | SavedOutputFit):
         of = f"{quoted(what)} " if what else ""
@@ -252,6 +303,7 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
 
 
 def _of_sweep(result: Sweep) -> list[_Row]:
+    """Return the dataframe's rows of a sweep: one for each cut-off, method and parameter."""
     return [
         {"cutoff": cutoff, **row}
         for cutoff, found in zip(result.cutoffs, result.results, strict=True)
@@ -260,6 +312,7 @@ def _of_sweep(result: Sweep) -> list[_Row]:
 
 
 def _of_comparison(result: Comparison) -> list[_Row]:
+    """Return the dataframe's rows of a comparison: one for each candidate."""
     return [
         {
             "candidate": each.name,
@@ -276,6 +329,7 @@ def _of_comparison(result: Comparison) -> list[_Row]:
 
 
 def _of_validation(result: Validation) -> list[_Row]:
+    """Return the dataframe's rows of a validation: one for each method."""
     return [
         {
             "method": each.method,
@@ -294,6 +348,7 @@ def _of_validation(result: Validation) -> list[_Row]:
 
 
 def _of_laws(result: LawSearch) -> list[_Row]:
+    """Return the dataframe's rows of a law search: one for each law and gain."""
     return [
         {
             "law": each.title,
@@ -310,6 +365,7 @@ def _of_laws(result: LawSearch) -> list[_Row]:
 
 
 def _of_fit(result: OutputFit) -> list[_Row]:
+    """Return the dataframe's rows of a fit: one for each parameter."""
     return [
         {
             "parameter": name,
@@ -326,11 +382,12 @@ def _of_fit(result: OutputFit) -> list[_Row]:
 
 
 def _of_methods(result: Identification | SavedIdentification) -> list[_Row]:
+    """Return the dataframe's rows of an identification: one for each method and parameter."""
     return _rows(*result.estimates.values())
 
 
 def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
-    """Return a row for each parameter."""
+    """Return one row of a dataframe for each parameter of each estimate."""
     return [
         {
             "method": estimate.method,
@@ -352,12 +409,12 @@ def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
 
 
 def _of_one(figures: _Figures) -> _Figures:
-    """Return figures of an estimate as functions of a result and its estimate."""
+    """Return figures of an estimate as functions of a result and an estimate."""
     return {name: lambda _, each, draw=draw: draw(each) for name, draw in figures.items()}
 
 
 def _view_of(result: Shown) -> _View:
-    """Return the views of a type; a result without a row has its own `document`."""
+    """Return the views of a result's type; an unknown type is shown by its own `document`."""
     kinds = (_VIEWS[kind] for kind in type(result).__mro__ if kind in _VIEWS)
     return next(kinds, _View(methodcaller("document")))
 

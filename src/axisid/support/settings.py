@@ -4,6 +4,8 @@ A setting is an argument in Python, an option of the running command, or a key o
 ``run.toml``. Sentences are made with `setting`, so that no finished sentence is parsed.
 """
 
+import json
+import re
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -11,7 +13,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 #: Placeholders of numbers; a name in capitals, such as the mass M, is none.
-_NUMBERS = ("VALUE", "V1", "V2", "SECONDS", "FACTOR")
+_NUMBERS = ("VALUE", "V1", "V2", "SECONDS", "FACTOR", "HZ")
+_NUMBER = re.compile(r"[+-]?\d+(\.\d*)?(e[+-]?\d+)?")
 
 #: Options of the command line that are functions of an axis in Python.
 _FUNCTIONS = ("fix", "leave_out")
@@ -50,6 +53,16 @@ def settings_typed(options: Mapping[str, str], keys: Collection[str]) -> Iterato
         Keys of a ``run.toml``.
     """
     token = _TYPED.set(_Typed(options, keys))
+    try:
+        yield
+    finally:
+        _TYPED.reset(token)
+
+
+@contextmanager
+def settings_in_python() -> Iterator[None]:
+    """Spell settings as arguments in Python, whatever runs: in files, and in other processes."""
+    token = _TYPED.set(None)
     try:
         yield
     finally:
@@ -134,10 +147,7 @@ def _quoted(value: str) -> str:
     """
     if value in _NUMBERS:
         return value
-    if "+-" in value:
-        return f"({value.replace('+-', ', ')})"
-    try:
-        float(value)
-    except ValueError:
-        return f'"{value}"'
-    return value
+    parts = value.split("+-")
+    if all(_NUMBER.fullmatch(part) for part in parts):
+        return value if len(parts) == 1 else f"({', '.join(parts)})"
+    return json.dumps(value, ensure_ascii=False)

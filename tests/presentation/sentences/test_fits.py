@@ -91,14 +91,19 @@ ERRORS = (RelativeError(name="Fv", percent=41.0), RelativeError(name="Fc", perce
         ),
         (ShownParameters(outputs=("control",), unseen=()), ["control shows every"]),
         (
-            FitPrecision(largest_percent=2.5, negligible=ERRORS[:1], unidentified=ERRORS[1:]),
+            FitPrecision(
+                largest_percent=2.5, has_others=True, negligible=ERRORS[:1], unidentified=ERRORS[1:]
+            ),
             ["Fc is not", "infinite", "Fv cannot", "41 %", "1 %", "fix(axis, Fc=VALUE)"],
         ),
         (
-            FitPrecision(largest_percent=2.5, negligible=(), unidentified=ERRORS),
+            FitPrecision(largest_percent=2.5, has_others=True, negligible=(), unidentified=ERRORS),
             ["Fv and Fc are not", "41 % and infinite"],
         ),
-        (FitPrecision(largest_percent=2.5, negligible=(), unidentified=()), ["2.5 %"]),
+        (
+            FitPrecision(largest_percent=2.5, has_others=True, negligible=(), unidentified=()),
+            ["2.5 %"],
+        ),
         (NoParameterAtBound(), ["bound"]),
     ],
 )

@@ -64,7 +64,9 @@ GAIN = IdentifiedGain(
 
 
 def precision(*unidentified: Unidentified, negligible: tuple[RelativeError, ...] = ()) -> Precision:
-    return Precision(largest_percent=3.25, negligible=negligible, unidentified=unidentified)
+    return Precision(
+        largest_percent=3.25, has_others=True, negligible=negligible, unidentified=unidentified
+    )
 
 
 def beyond(advice: str, **others: object) -> BeyondBounds:

@@ -23,7 +23,14 @@ from axisid.presentation.sentences import sentence
 EQUATION = EquationErrorOnRecord(
     failed=("idm-iv", "didim"), largest_percent=21.0, max_percent=10.0, max_ratio=2.0
 )
-LOOP = SimulationOnRecord(failed=("idm-iv",), tracking_error_percent=12.0)
+LOOP = SimulationOnRecord(
+    failed=("idm-iv",),
+    by_position=True,
+    tracking_error_percent=12.0,
+    own_tracking_error_percent=2.0,
+    simulation_error_percent=31.0,
+    own_simulation_error_percent=4.0,
+)
 MASS = DifferingParameter(
     name="M", own=110.0, common=100.0, standard_error=0.5, unit="kg", is_load=True
 )
@@ -57,3 +64,9 @@ OUTPUT = OutputOnRecord(output="control", percent=11.0, own_percent=3.5, holds=F
 def test_every_branch_has_its_numbers_and_names(finding: Finding, parts: list[str]) -> None:
     text = sentence(finding)
     assert [part for part in parts if part not in text] == []
+
+
+def test_a_loop_that_fails_by_its_force_alone_tells_the_force() -> None:
+    text = sentence(replace(LOOP, by_position=False))
+    assert "31 % of the force" in text
+    assert "tracking error" not in text

@@ -29,16 +29,16 @@ def option(
     read: Callable[[Any], Any] | None = None,
     **how: Any,
 ) -> Any:
-    """Return a field that is an option of the command line.
+    """Return a dataclass field that is an option of the command line.
 
     Parameters
     ----------
     said : str
         Help of the option.
+    default : optional
+        Default value, shown in the help if given; True or False make a flag.
     key : str
         Key of a run.toml, from which help, name and form of the value are taken.
-    default : optional
-        Shown in the help if given; True or False make a flag.
     name : str
         Name without dashes, if it differs from the name of the field.
     read : callable, optional
@@ -67,15 +67,15 @@ def reading(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parame
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """A group of options."""
+    """Base of a group of options: a dataclass whose fields are made by `option`."""
 
     @classmethod
     def names(cls) -> dict[str, str]:
-        """Return the options by their fields."""
+        """Return the options, such as ``--skip-bad``, by the name of their field."""
         return {f.name: f"--{f.metadata['name'] or f.name.replace('_', '-')}" for f in fields(cls)}
 
     def arguments(self) -> dict[str, Any]:
-        """Return the values by their fields, as arguments."""
+        """Return the values of the options by the name of their field, as arguments."""
         return {name: getattr(self, name) for name in self.names()}
 
 
@@ -171,7 +171,7 @@ class Command(click.Command):
                         formatter.write_text(said)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Refuse what is given again, of which only the last would count."""
+        """Refuse an option that is given twice, of which only the last would count."""
         if not ctx.resilient_parsing:
             try:
                 given, _, order = self.make_parser(ctx).parse_args(args=[*args])
@@ -197,7 +197,7 @@ class Command(click.Command):
 def _times_said(
     option: click.Option, order: Sequence[click.Parameter], values: Any
 ) -> Counter[str]:
-    """Return the number of times that an option is given, by name for a list of ``NAME=VALUE``."""
+    """Return how often an option is given; for a list of ``NAME=VALUE``, how often each name is."""
     names = "/".join((*option.opts, *option.secondary_opts))
     if option.multiple:
         form = str(option.metavar)  # [NAME=]VALUE may be without a name
@@ -240,7 +240,7 @@ def check_needed(*rows: tuple[Sequence[str], Sequence[str]]) -> None:
 
 
 def check_idle(option: str, why: str) -> None:
-    """Refuse an option that has no effect; the reason continues the sentence after its name."""
+    """Refuse an option that has no effect; `why` continues the sentence after its name."""
     if option in given_options():
         raise click.UsageError(f"{option} {why}. Omit one of them.")
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def print_document(document: "Document") -> None:
-    """Print a document: plain on a pipe, coloured and fitted to the width on a terminal."""
+    """Print a document: plain if standard output is not a terminal, otherwise coloured."""
     # Help and what computes need neither of the two ways to draw.
     if not is_terminal(sys.stdout):
         from axisid.presentation.documents import plain_text
@@ -58,9 +58,10 @@ SECONDS_PER_LINE = 30.0  # of progress that no terminal shows
 def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
     """Show the current step on standard error, if it takes longer than a moment.
 
-    A thread draws the line, so that a blocking step (a compiler, a solver) is shown too. The line
-    is erased at the end. If standard error is not a terminal, a line is printed every 30 s instead.
-    The yielded function names the next step, as the argument `progress` of `sweep`.
+    The yielded function names the next step; its arguments are those of the argument `progress` of
+    `sweep`. A thread draws the line, so that a blocking step (a compiler, a solver) is shown too. The
+    line is erased at the end. If standard error is not a terminal, a line is printed every 30 s
+    instead.
 
     Parameters
     ----------
@@ -122,14 +123,14 @@ def _progress_in_lines(what: str) -> Iterator[Progress]:
 
 
 def is_earlier(file: Path, kind: str) -> bool:
-    """Return whether a command of a kind wrote a file, or the file is empty.
+    """Return whether a command wrote a file, or the file is empty.
 
     Parameters
     ----------
     file : Path
         A regular file.
     kind : str
-        As in `kinds_of`.
+        Kind of file that the command writes, as in `kinds_of`.
 
     Raises
     ------
@@ -149,14 +150,14 @@ force_option = click.option(
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """File that a command is asked to write.
+    """A file that a command is asked to write.
 
     Attributes
     ----------
     option : str
         Option that names the file.
     file : str or None
-        None if the option is not given.
+        Name of the file; None if the option is not given.
     kind : str
         Kind of file, as in `is_earlier`.
     endings : tuple of str
@@ -172,11 +173,12 @@ class Target:
 def check_targets(
     targets: Sequence[Target], inputs: Sequence[str | None], *, force: bool = False
 ) -> None:
-    """Refuse places that cannot or must not be written to, before anything is computed.
+    """Refuse files that cannot or must not be written, before anything is computed.
 
     Parameters
     ----------
     targets : sequence of Target
+        The files to be written.
     inputs : sequence of str or None
         Arguments that name files to read, which are never written to.
     force : bool
@@ -215,19 +217,23 @@ def check_replaced(
 
 
 def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
-    """Return the objection to writing each file that a run reads, by its real path."""
+    """Return the reason why each input file of a run must not be written, by its real path."""
     said = "it is an input of this run. Name another file"
     files = [axis_file(given)[0] for given in inputs if given]
     return {os.path.realpath(file): said for file in (*files, *map(stages.log_of, files))}
 
 
 def _refuse(file: str, problem: str, option: str) -> None:
+    """Refuse an option whose file has a problem; an empty problem means that there is none."""
     if problem:
         raise click.BadParameter(f"{file!r}: {problem}.", param_hint=option)
 
 
 def _unfit(target: Target, taken: Mapping[str, str]) -> str:
-    """Return the reason why a place cannot be written to; empty if it can."""
+    """Return the reason why a file cannot be written to; empty if it can.
+
+    `taken` has the reason for files that must not be written, by their real path.
+    """
     file, real = str(target.file), os.path.realpath(str(target.file))
     if file == "-" and target.option == "--json":
         return "standard output is closed" if sys.stdout is None else ""
@@ -256,8 +262,8 @@ def _is_special(file: str) -> bool:
 def _unwritable(path: str) -> str:
     """Return the reason why no file can be created at a path; empty if it can.
 
-    Only creating a file next to it shows that on every system. The file has a name as long as the
-    one through which the path is written to.
+    This is tried with a temporary file in the same folder, because nothing else shows it on every
+    system. Its name is as long as that of the temporary file through which the path will be written.
     """
     folder, name = os.path.split(path)
     try:
@@ -289,12 +295,12 @@ def check_folder(
     *,
     force: bool = False,
 ) -> None:
-    """Refuse a folder that can neither be used nor created, or that has other files to be kept.
+    """Refuse a folder that cannot be used or created, or that has other files to be kept.
 
     Parameters
     ----------
     folder : str or None
-        It may be new, and so may its parents.
+        The folder, which may be new, and so may its parents; None if none is asked for.
     option : str
         Option that names the folder.
     files : mapping of str to str
@@ -322,13 +328,13 @@ def write_output(file: str | None, text: str) -> None:
 
 
 def write_page(file: str, page: Callable[..., str], result: Presentable) -> list[str]:
-    """Write a page of HTML of a result with command and date, and return the file.
+    """Write the HTML page of a result with command and date; return the file in a list.
 
     Parameters
     ----------
     file : str
     page : callable
-        Returns the page of the result, with `command`, `made` and `wording`.
+        Returns the page of the result, with the arguments `command` and `made`.
     result : Presentable
     """
     write_output(file, page(result, command=command_line(), made=datetime.now().astimezone()))
@@ -340,12 +346,13 @@ def command_line() -> str:
     return shlex.join(["axisid", *sys.argv[1:]])
 
 
-#: A place (None if it is not asked for), and the function that writes there and returns the files.
+#: A file or folder (None if it is not asked for), and the function that writes there and returns the
+#: files.
 Way: TypeAlias = tuple[str | None, Callable[[str], Iterable[object] | None]]
 
 
 def put_result(result: "Presentable | stages.Trend", json_file: str | None, *ways: Way) -> None:
-    """Write and print a result; see `put_out`."""
+    """Print a result, and write it to every file asked for; see `put_out`."""
     put_out(json_file, result.to_dict, lambda: print_result(result), *ways)
 
 
@@ -355,7 +362,7 @@ def put_out(
     show: Callable[[], None],
     *ways: Way,
 ) -> None:
-    """Write and print a result to every place asked for; a failure does not stop the others.
+    """Print a result, and write it to every file asked for; a failure does not stop the others.
 
     The result is printed before a page, which may take long. A reader that closes the pipe loses no
     file.
@@ -363,13 +370,14 @@ def put_out(
     Parameters
     ----------
     json_file : str or None
-        File of ``--json``.
+        File of ``--json``; None for none.
     document : callable
         Returns the content of that file.
     show : callable
         Prints the result, unless JSON is on standard output.
     *ways : (str or None, callable)
-        Further places, in their order.
+        Further files or folders, in their order, each with the function that writes there; None if it
+        is not asked for.
 
     Raises
     ------

@@ -44,10 +44,12 @@ def axis_document(model: AxisModel) -> Document:
 
 
 def _title(model: AxisModel) -> str:
+    """Return name and title of an axis."""
     return f"{model.axis.name}: {model.axis.title}".removesuffix(": ")
 
 
 def _sections(model: AxisModel) -> list[Section]:
+    """Return all sections of the page of an axis."""
     declared = model.base.declared
     combined = {p.symbol: value for p, value in model.base.combined}
     inertia = Formula(name="inertia", value=rounded(model.inertia.xreplace(combined)))
@@ -61,7 +63,7 @@ def _sections(model: AxisModel) -> list[Section]:
 
 
 def motion_sections(axis: Axis) -> list[Section]:
-    """Return the equation of motion, its parameters, the drive and the control law."""
+    """Return the sections of the equation of motion, its parameters, the drive and the law."""
     return [*_motion(axis), *_around(axis)[:2]]
 
 
@@ -79,6 +81,7 @@ def _motion(axis: Axis, *more: Formula) -> list[Section]:
 
 
 def _facts(p: Parameter) -> tuple[str, ...]:
+    """Return nominal value, bounds, known value and description of a parameter as texts."""
     return (
         f"nominal {p.nominal:g}",
         f"at least {p.lower:g}" if p.lower > -math.inf else "",
@@ -89,14 +92,14 @@ def _facts(p: Parameter) -> tuple[str, ...]:
 
 
 def _listed(named: Sequence[tuple[str, str, str]]) -> tuple[str, ...]:
-    """Return lines of name, unit and description; names and units are padded to the longest."""
+    """Return lines of name, unit and description, aligned in columns."""
     names = max(len(name) for name, _, _ in named)
     units = max(len(unit) for _, unit, _ in named) + 2
     return tuple(f"{name:<{names}}  {f'[{unit}]':<{units}}  {said}" for name, unit, said in named)
 
 
 def _physical(model: AxisModel) -> list[Section]:
-    """Return which declared parameters follow from base parameters and known values."""
+    """Return a section on the declared parameters that a record determines, if it is needed."""
     base = model.base
     if not (base.changed or base.known):
         return []
@@ -106,6 +109,7 @@ def _physical(model: AxisModel) -> list[Section]:
 
 
 def _signals(axis: Axis) -> list[Section]:
+    """Return a section on the recorded signals; none without any."""
     if not axis.signals:
         return []
     lines = _listed(
@@ -123,7 +127,7 @@ def _signals(axis: Axis) -> list[Section]:
 
 
 def _around(axis: Axis) -> list[Section]:
-    """Return drive, control law, columns of a record, and experiment."""
+    """Return the sections of drive, control law, columns of a record, and experiment."""
     drive, unit = axis.drive, axis.drive.unit
     facts = (
         f"{FORCE} = {drive.force_text(axis.coordinate, digits=10)}",
@@ -144,6 +148,7 @@ def _around(axis: Axis) -> list[Section]:
 
 
 def _law(law: ControlLaw | None, unit: str) -> Section:
+    """Return the section of the control law."""
     if law is None:
         return Section(title="Control law", lines=("none: least squares only, no instruments",))
     lines: tuple[Formula | str, ...] = (
@@ -166,6 +171,7 @@ def _law(law: ControlLaw | None, unit: str) -> Section:
 
 
 def _experiment(axis: Axis, experiment: Experiment) -> Section:
+    """Return the section of the experiment of the axis's twin."""
     seconds = sum(move.duration for move in experiment.moves)
     truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
     noise, counts = (
@@ -203,6 +209,7 @@ def _lines(section: Section, coordinate: Coordinate) -> Iterator[str]:
 
 
 def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
+    """Return a page as a LaTeX document."""
     body = _body(
         sections,
         lambda head: ("", rf"\subsection*{{{escaped_latex(head)}}}"),
@@ -218,6 +225,7 @@ def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> s
 
 
 def _markdown(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
+    """Return a page as Markdown."""
     body = _body(
         sections,
         lambda head: ("", f"## {head.translate(_MARKDOWN)}", ""),
@@ -238,7 +246,16 @@ def _body(
     listed: Callable[[list[str]], Iterable[str]],
     aligned: Callable[[list[Formula]], Iterable[str]],
 ) -> Iterator[str]:
-    """Yield the lines of sections, each part written by its own function."""
+    """Yield the lines of sections in one format.
+
+    Parameters
+    ----------
+    sections : iterable of Section
+    head, note : callable
+        Lines of a title, and of a note.
+    listed, aligned : callable
+        Lines of consecutive sentences, and of consecutive formulas.
+    """
     for section in sections:
         yield from head(section.title)
         yield from note(f"{section.note[:1].upper()}{section.note[1:]}.") if section.note else ()

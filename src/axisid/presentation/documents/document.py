@@ -107,18 +107,18 @@ class TableColumn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableBlock:
-    """Rows of cells.
+    """A table of cells.
 
     Attributes
     ----------
     columns : tuple of TableColumn
     rows : tuple of tuple of Cell
     labels : int
-        Number of leading columns that label a row, repeated if a table is split.
+        Number of leading columns that label a row; they are repeated if a table is split.
     title : str
-        Above it.
+        Title above the table.
     said : tuple of str
-        Sentences below it.
+        Sentences below the table.
     """
 
     columns: tuple[TableColumn, ...]
@@ -130,14 +130,14 @@ class TableBlock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heading:
-    """Named facts, one per line; facts without text are omitted.
+    """Named facts, one per line; a fact without text is omitted.
 
     Attributes
     ----------
     facts : mapping of str to str
         Text by name.
     title : str
-        Above them.
+        Title above the facts.
     """
 
     facts: Mapping[str, str]
@@ -244,7 +244,7 @@ def text_table(
     title: str = "",
     said: tuple[str, ...] = (),
 ) -> TableBlock:
-    """Return a table with columns given by their heads, see `text_columns`."""
+    """Return a table whose columns are given by their heads; see `text_columns`."""
     return TableBlock(
         columns=text_columns(heads),
         rows=tuple(map(tuple, rows)),
@@ -271,7 +271,7 @@ def readable_unit(unit: str) -> str:
 
 
 def readable_text(text: str) -> str:
-    """Return a sentence in print notation: ``1.2e-06 kg m^2`` becomes a power of ten."""
+    """Return a sentence in print notation: powers of ten instead of ``1.2e-06``, raised powers."""
     numbered = _NUMBER.sub(_number, text.replace(" +-", " ±"))
     return re.sub(r"(?<=[^\W\d_])\^(-?\d+)(?![\w.])", lambda m: m[1].translate(_RAISED), numbered)
 
@@ -290,6 +290,7 @@ def figure_text(value: float, digits: int = 3) -> str:
 
 
 def _number(found: re.Match[str]) -> str:
+    """Return a number found in a sentence in print notation."""
     sign, figures, exponent = found.groups()
     sign = sign.replace("-", _MINUS)
     if exponent is None:

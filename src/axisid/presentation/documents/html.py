@@ -36,9 +36,9 @@ STATUS_CLASSES = MappingProxyType(
 
 
 def intervals_html(drawn: Intervals) -> str:
-    """Return stacked intervals above a scale; the true value is dotted.
+    """Return a drawing of intervals above one another with a scale, as SVG.
 
-    Empty if the intervals have no width.
+    The true value is a dotted line. Empty if all ends are equal or one is not finite.
     """
     ends = [
         *(end for each in drawn.intervals for end in (each.low, each.high)),
@@ -69,7 +69,7 @@ def intervals_html(drawn: Intervals) -> str:
 
 
 def _scale_html(low: float, high: float) -> str:
-    """Return a scale from the lowest to the highest drawn value."""
+    """Return the scale of a drawing, from the smallest to the largest value."""
     first, last = range_text(low, high, "|", digits=3).split("|")
     bottom = _HEIGHT + _SCALE - 1
     return (
@@ -82,13 +82,7 @@ def _scale_html(low: float, high: float) -> str:
 
 
 def prose_html(sentence: str) -> str:
-    """Return one or more sentences with a full stop at the end; no letter changes its case.
-
-    Parameters
-    ----------
-    sentence : str
-        As for the terminal.
-    """
+    """Return sentences as HTML, with a full stop at the end; no letter changes its case."""
     text = readable_text(sentence.rstrip())
     return unbroken(text if text.endswith((".", "?", "!")) else f"{text}.")
 
@@ -157,6 +151,7 @@ def table_html(table: TableBlock) -> str:
 
 
 def _head(column: TableColumn) -> str:
+    """Return the head of a column."""
     head = escape(column.head).replace("+-", "±")
     head += f" [{escape(readable_unit(column.unit))}]" if column.unit else ""
     head += f" ± {escape(column.parts[0])}" if column.parts else ""
@@ -168,7 +163,7 @@ def _head(column: TableColumn) -> str:
 
 
 def _cell(cell: Cell, column: TableColumn, *, is_label: bool) -> str:
-    """Return a cell; the label of a row is not reformatted."""
+    """Return a cell as HTML; the label of a row is not reformatted."""
     kind = column.kind or ("text" if column.align == "left" else "")
     how = f' class="{kind}"' if kind else ""
     if isinstance(cell, Intervals):
@@ -189,6 +184,7 @@ def checks_html(judged: tuple[CheckGroup, ...]) -> str:
 
 
 def _judged(judged: CheckGroup) -> str:
+    """Return a group of checks as an item of a list."""
     names = escape(", ".join(judged.names))
     if judged.meaning:
         lead = "not evaluated: " if judged.status == "not evaluated" else ""

@@ -59,12 +59,14 @@ _LONGEST = 280  # characters of a line, unless one term has more
 
 
 def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
-    """Return ``name = value``, one ``math`` element per term, so that lines break between terms.
+    """Return ``name = value`` as HTML, with one ``math`` element per term.
+
+    Lines can then break between terms.
 
     Parameters
     ----------
     formula : Formula
-        With a value.
+        A formula with a value.
     coordinate : Coordinate
         Its velocity and acceleration are written with dots.
     """
@@ -90,6 +92,7 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
 
 
 def _element(piece: list[Element], printer: "_Printer") -> str:
+    """Return MathML elements as one ``math`` element."""
     row = printer.dom.createElement("mrow")
     for element in piece:
         row.appendChild(element)
@@ -102,7 +105,10 @@ def _element(piece: list[Element], printer: "_Printer") -> str:
 
 
 class _House(MathMLPresentationPrinter):  # type: ignore[misc]
-    """SymPy's printer with names of this package: ``Fv`` is one symbol, ``dq`` a dotted ``q``."""
+    """SymPy's MathML printer with the names of this package.
+
+    ``Fv`` is one symbol with an index, and ``dq`` is a dotted ``q``.
+    """
 
     def __init__(self, settings: Mapping[str, Any], coordinate: Coordinate) -> None:
         super().__init__(settings)
@@ -111,7 +117,7 @@ class _House(MathMLPresentationPrinter):  # type: ignore[misc]
         self._coordinate = q.name
 
     def leaf(self, kind: str, text: str) -> Element:
-        """Make an element with a text."""
+        """Return an element that contains only a text."""
         made: Element = self.dom.createElement(kind)
         made.appendChild(self.dom.createTextNode(text))
         return made
@@ -133,6 +139,7 @@ class _House(MathMLPresentationPrinter):  # type: ignore[misc]
         return over
 
     def _named(self, name: str) -> Element:
+        """Return a name with its indices; a number without a name is written as a number."""
         if not name.isidentifier():
             constant: Element = self._print_Float(sympy.Float(name))  # it has no name
             return constant
@@ -153,7 +160,10 @@ class _Printer(InReadingOrder, _House):
 
 
 def with_named_steps(value: sympy.Expr) -> sympy.Expr:
-    """Return a value with steps named ``step``: theta is a parameter of the direct model."""
+    """Return an expression in which Heaviside functions are called ``step``.
+
+    SymPy writes them as theta, which is a parameter of the direct model.
+    """
     return value.replace(sympy.Heaviside, lambda inside, _: sympy.Function("step")(inside))
 
 
@@ -163,12 +173,15 @@ def escaped_latex(text: str) -> str:
 
 
 def aligned_latex(formulas: Iterable[Formula], coordinate: Coordinate) -> str:
-    """Return lines for ``align`` or ``aligned``, aligned at ``=`` and ``:``."""
+    """Return formulas as lines of ``align`` or ``aligned``, aligned at ``=`` or ``:``."""
     return " \\\\\n".join(_line(formula, coordinate) for formula in formulas)
 
 
 def symbol_latex(name: str) -> str:
-    """Return a name as one symbol: ``Fv`` is not F times v; digits and ``_`` make indices."""
+    """Return a name as one LaTeX symbol; digits and parts after ``_`` become indices.
+
+    ``Fv`` is F with the index v, not F times v.
+    """
     if not name.isidentifier():
         return str(sympy.latex(sympy.Float(name)))  # a constant without a name
     head, indices = name_parts(name)
@@ -191,12 +204,13 @@ def name_parts(name: str) -> tuple[str, list[str]]:
 
 
 def unit_latex(unit: str) -> str:
-    """Return a unit in upright letters."""
+    """Return a unit in upright letters, as LaTeX."""
     powers = re.sub(r"(?:\^|\*\*)(?:\(([-\d/]+)\)|(-?\d+))", r"^{\1\2}", unit)
     return rf"\mathrm{{{powers.translate(_BETWEEN_UNITS)}}}"
 
 
 def _line(formula: Formula, q: Coordinate) -> str:
+    """Return a formula as a line of ``align``."""
     name = formula.name
     head = (
         rf"\text{{{escaped_latex(name)}}}" if isinstance(name, str) else " ".join(_terms(name, q))
@@ -209,12 +223,12 @@ def _line(formula: Formula, q: Coordinate) -> str:
 
 
 def _sum(value: sympy.Expr | None, q: Coordinate) -> str:
-    """Return an expression; a long sum has several lines."""
+    """Return an expression as LaTeX, a long sum on several lines; empty for None."""
     return "" if value is None else " \\\\\n&\\quad ".join(_rows(_terms(value, q)))
 
 
 def _rows(terms: Sequence[str]) -> list[str]:
-    """Return rows of terms with their signs."""
+    """Return terms with their signs in lines of limited length."""
     rows: list[list[str]] = [[]]
     for i, term in enumerate(terms):
         full = len(rows[-1]) == _MOST_TERMS or len("".join([*rows[-1], term])) > _LONGEST
@@ -229,7 +243,7 @@ class _LatexPrinter(InReadingOrder, LatexPrinter):  # type: ignore[misc]
 
 
 def _terms(value: sympy.Expr, q: Coordinate) -> list[str]:
-    """Return the terms of an expression in reading order."""
+    """Return the terms of an expression as LaTeX, in reading order."""
     prepared = readable(with_named_steps(value), q)
     name = symbol_latex(q.name)
     typeset = {s: rf"\text{{{words}}}" for s, words in SIGNALS.items()}

@@ -35,7 +35,7 @@ _STATUS_HEADS = MappingProxyType(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:
-    """Texts in rows and columns.
+    """A table of texts.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Grid:
     rows : tuple of tuple of str
     aligns : tuple of Align
     groups : tuple of tuple of int
-        Indices of the columns that belong together.
+        Indices of the columns that stay together if the table is split.
     labels : int
         Number of groups that label the rows.
     """
@@ -55,9 +55,10 @@ class Grid:
     labels: int
 
     def pages(self, room: int, size: Callable[[str], int] = len) -> "list[Grid]":
-        """Return one or more tables of at most `room` characters, each with the labels.
+        """Return the table, split into tables of at most `room` characters if necessary.
 
-        Parts of a column stay next to their value; `size` returns the width of a text.
+        Each has the label columns, and the parts of a column stay next to their value. `size` returns the
+        width of a text.
         """
         labels = [i for group in self.groups[: self.labels] for i in group]
         sizes = [max(map(size, each)) for each in zip(self.heads, *self.rows, strict=True)]
@@ -76,7 +77,7 @@ class Grid:
         return [self.part([*labels, *page]) for page in pages] or [self]
 
     def part(self, numbers: Sequence[int]) -> "Grid":
-        """Return a grid of some columns, each its own group."""
+        """Return the table of some columns, each in its own group."""
         return Grid(
             heads=tuple(self.heads[i] for i in numbers),
             rows=tuple(tuple(row[i] for i in numbers) for row in self.rows),
@@ -87,7 +88,10 @@ class Grid:
 
 
 def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[list[int]]:
-    """Return a group whole, or its first column next to as many others as fit."""
+    """Return the columns of a group in pieces that fit on a page, each with its first column.
+
+    A group that fits is one piece.
+    """
     first, *others = group
     parts = [[first]]
     for number in others:
@@ -99,7 +103,7 @@ def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[
 
 
 def grid(table: TableBlock) -> Grid:
-    """Return the texts of a table; a column with parts becomes several columns."""
+    """Return a table as texts; a column with parts becomes several columns."""
     # Drawn intervals have no text.
     kept = [i for i, column in enumerate(table.columns) if column.kind != "intervals"]
     whole = [table.columns[i] for i in kept]
@@ -129,7 +133,7 @@ def grid(table: TableBlock) -> Grid:
 
 
 def _texts(cell: Cell, column: TableColumn) -> tuple[str, ...]:
-    """Return one text for the value and one for each part; missing parts are empty."""
+    """Return the texts of a cell: of its value, and of each part of the column."""
     texts = (
         (cell.value, cell.deviation, *cell.more)
         if isinstance(cell, QuantityCell) and column.parts
@@ -146,7 +150,7 @@ def joined(cell: Cell) -> str:
 
 
 def block_lines(block: Block) -> Iterator[Sentence | Grid]:
-    """Yield the lines of a block, and its table."""
+    """Yield the lines of a block; a table is one item."""
     if title := getattr(block, "title", ""):
         yield Sentence(text=title)
     match block:
@@ -170,6 +174,7 @@ def block_lines(block: Block) -> Iterator[Sentence | Grid]:
 
 
 def _fact(name: str, text: str) -> Sentence:
+    """Return the line of a named fact."""
     return Sentence(lead=f"{name:<{_FACT_WIDTH}}", text=text, hang=_FACT_WIDTH, kind="line")
 
 
@@ -209,6 +214,7 @@ def _text(line: Sentence | Grid) -> str:
 
 
 def _table(texts: Grid) -> str:
+    """Return a table as text, with aligned columns and a rule below the heads."""
     rows = [texts.heads, *texts.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(texts.heads))]
     rule = "-" * (sum(widths) + COLUMN_GAP * (len(widths) - 1))

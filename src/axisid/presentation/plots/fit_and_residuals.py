@@ -24,7 +24,7 @@ _WIDE = 2.0  # standard errors of the mean
 
 
 def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
-    """Return measured and reconstructed force or acceleration, and the residual.
+    """Return the figure of measured and reconstructed force (or acceleration) and the residual.
 
     The figure corresponds to figures 3 and 4 of the paper.
 
@@ -32,7 +32,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
     ----------
     estimate : Estimate
     beside : sequence of Estimate
-        Other estimates with the same form and rows, shown on request.
+        Other estimates of the same quantity on the same rows, shown on request.
     """
     left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
     name, light = estimate.method.upper(), estimate.light_rows
@@ -91,7 +91,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
 
 
 def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
-    """Return the autocorrelation of the residuals over the lag."""
+    """Return the figure of the autocorrelation of the residuals over the lag, s."""
     tests = estimate.residual_tests
     bound, values = tests.autocorrelation.bound_95, tests.autocorrelation.values[1:]
     lags = estimate.row_period * np.arange(1, len(values) + 1, dtype=np.float64)
@@ -113,7 +113,10 @@ def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
 
 
 def spectrum_plot(estimate: Estimate) -> Plot | Missing:
-    """Return power densities of force or acceleration and residuals, by Welch's method."""
+    """Return the figure of the power densities of force (or acceleration) and residuals.
+
+    Welch's method is used; Missing if there are too few rows for it.
+    """
     left, unit = estimate.form.left, left_unit(estimate)
     found = power_density(
         np.column_stack([estimate.y, estimate.residuals]),
@@ -148,7 +151,11 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
 
 
 def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
-    """Return distances of parameters from final values, and simulation errors, by iteration."""
+    """Return the figure of the IV or DIDIM iteration.
+
+    It shows the distance of each parameter from its final value, and the simulation error, by
+    iteration. Missing for a method that does not iterate.
+    """
     if not estimate.iterates:
         return Missing(f"{estimate.method.upper()} is not iterative: it uses no instruments")
     starts = {"least-squares": "least squares", "nominal": "the nominal values"}
@@ -191,7 +198,10 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
 
 
 def _parted(estimate: Estimate | SavedEstimate) -> str:
-    """Return the sentence on missing rows in a caption; files do not contain them."""
+    """Return a sentence for a caption on places where rows are missing; empty without any.
+
+    Files do not contain these places, so the sentence is empty for a saved estimate.
+    """
     breaks = len(estimate.neighbours.breaks) if isinstance(estimate, Estimate) else 0
     if not breaks:
         return ""
@@ -205,13 +215,16 @@ def row_times(estimate: Estimate) -> Array:
 
 
 def left_unit(estimate: Estimate) -> str:
-    """Return the unit of the regressed force or acceleration."""
+    """Return the unit of the force or acceleration that is regressed."""
     q = estimate.form.axis.axis.coordinate
     return str(q.force_unit if estimate.form.left == "force" else q.acceleration_unit)
 
 
 def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
-    """Return the fitted friction law over the binned measured friction."""
+    """Return the figure of measured friction over velocity, with the fitted friction law.
+
+    Missing if it cannot be computed.
+    """
     found = friction_curve(result, estimate)
     if isinstance(found, Missing):
         return found
@@ -260,9 +273,17 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
 
 
 def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) -> Plot | Missing:
-    """Return the mean residual over a period of the reference, with the 95 % band of noise.
+    """Return the figure of the mean residual over one period of the reference.
 
-    A file does not contain the unit of the residual.
+    The band contains 95 % of the means for noise alone. A file does not contain the unit of the
+    residual.
+
+    Parameters
+    ----------
+    estimate : Estimate or SavedEstimate
+    found : LackOfFit or None
+        The repeating residual; None if the reference does not repeat, and the figure is then
+        Missing.
     """
     left = "acceleration" if estimate.is_direct else "force"
     unit = left_unit(estimate) if isinstance(estimate, Estimate) else ""
@@ -301,7 +322,10 @@ def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) ->
 
 
 def output_plot(fit: OutputFit, record: int = 0) -> Plot:
-    """Return recorded and simulated outputs of one record, numbered from 0, and the difference."""
+    """Return the figure of recorded and simulated outputs of one record, and their difference.
+
+    `record` is the index of the record, from 0.
+    """
     count = len(fit.outputs)
     of_record = fit.of_records[record * count : (record + 1) * count]
     errors = [
@@ -320,7 +344,7 @@ def output_plot(fit: OutputFit, record: int = 0) -> Plot:
 
 
 def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Panel]:
-    """Return the panels of one output."""
+    """Return the panels of one output: recorded and simulated, and their difference."""
     own, rows = fit.records[record], fit.predictions.samples[record]
     output, unit = fit.outputs[place], fit.predictions.units[place]
     recorded = measured_output(output, fit.axis, own)[-1][rows]

@@ -33,17 +33,20 @@ _FEWEST_RUNS = 10
 
 
 def method_title(method: str) -> str:
-    """Return the title of a method, ``IDM-IV``; a fit is ``fit:control``."""
+    """Return the name of a method in figures: ``IDM-IV``; of a fit ``fit:control``."""
     return method if fitted_output(method) else method.upper()
 
 
 def monte_carlo_plots(result: MonteCarlo) -> dict[str, Plot | Missing]:
-    """Return every figure by its name, or the reason why it cannot be drawn."""
+    """Return every figure of a study by name; Missing, with the reason, if it cannot be drawn."""
     return {name: monte_carlo_plot(result, name) for name in PLOTS}
 
 
 def monte_carlo_plot(result: MonteCarlo, name: str) -> Plot | Missing:
-    """Return one of `PLOTS`."""
+    """Return the figure `name` of a study, one of `PLOTS`.
+
+    Missing, with the reason, if no parameter can be compared or there are too few runs.
+    """
     if not _by_parameter(result):
         return Missing("the identified model and the simulated one have no parameter in common")
     if len(result) < _FEWEST_RUNS:
@@ -52,7 +55,10 @@ def monte_carlo_plot(result: MonteCarlo, name: str) -> Plot | Missing:
 
 
 def _by_parameter(result: MonteCarlo) -> list[tuple[str, str, dict[str, int]]]:
-    """Return each parameter with its unit, and its index among the estimands by method."""
+    """Return each parameter as name, unit and, by method, its index among the estimands.
+
+    Only parameters whose true value is known are included.
+    """
     found = grouped(
         ((each.name, each.unit), (each.method, place))
         for place, (each, truth) in enumerate(zip(result.estimands, result.truths, strict=True))
@@ -68,7 +74,20 @@ def _panels(
     *beside: PlotSeries,
     levels: tuple[float, ...] = (),
 ) -> tuple[Panel, ...]:
-    """Return a panel per parameter with a curve per method; the first has the legend."""
+    """Return one panel per parameter, with one curve per method.
+
+    Parameters
+    ----------
+    result : MonteCarlo
+    label : callable
+        Label of y, from name and unit of a parameter.
+    series : callable
+        Curve, from the index of the estimand, its label in the legend and its tone.
+    *beside : PlotSeries
+        Further series of each panel.
+    levels : tuple of float
+        Values of y with a dashed line.
+    """
     tones = dict(paired(result.plan.methods))
     return tuple(
         Panel(
@@ -87,6 +106,7 @@ def _panels(
 
 
 def _errors(result: MonteCarlo) -> Plot:
+    """Return the figure of the density of errors, in standard errors."""
     bins = 2 * round(float(np.clip(np.sqrt(len(result)), *_BINS)) / 2)
     edges = np.linspace(-_REACH, _REACH, bins + 1)
     # Enough points that the steps are drawn as steps.
@@ -111,6 +131,7 @@ def _errors(result: MonteCarlo) -> Plot:
 
 
 def _coverage(result: MonteCarlo) -> Plot:
+    """Return the figure of the coverage of confidence intervals over their level."""
     percent = 100 * _LEVELS
 
     def shares(place: int, label: str, tone: Tone) -> PlotSeries:
@@ -133,6 +154,8 @@ def _coverage(result: MonteCarlo) -> Plot:
 
 
 def _bias(result: MonteCarlo) -> Plot:
+    """Return the figure of the mean error over the number of runs."""
+
     def running(place: int, label: str, tone: Tone) -> PlotSeries:
         errors = result.corrected[:, place] - result.truths[place]
         there = np.flatnonzero(np.isfinite(errors))

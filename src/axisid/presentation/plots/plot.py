@@ -53,7 +53,8 @@ class PlotSeries:
         True if drawn broad and below the others, so that both are visible if they agree.
     dashed : bool
     aside : bool
-        True if shown on request only: not in files, hidden at first on the page.
+        True if the series is shown on request only: it is not drawn in files, and is hidden at
+        first on the page.
     """
 
     label: str
@@ -131,7 +132,7 @@ class Plot:
 
 
 def labelled(quantity: str, unit: str) -> str:
-    """Return the label of an axis: quantity and unit."""
+    """Return the label of an axis of a figure: ``quantity [unit]``."""
     return f"{quantity} [{readable_unit(unit)}]" if unit else quantity
 
 
@@ -146,11 +147,12 @@ def with_series(plot: Plot, change: Callable[[PlotSeries], PlotSeries]) -> Plot:
 
 
 def broken(plot: Plot, places: Sequence[float]) -> Plot:
-    """Return the plot with its lines broken at places along x without samples."""
+    """Return the plot with its lines interrupted at values of x where samples are missing."""
     return with_series(plot, lambda series: _broken_line(series, places)) if places else plot
 
 
 def _broken_line(series: PlotSeries, places: Sequence[float]) -> PlotSeries:
+    """Return a line interrupted at values of x by NaN; points and stems are unchanged."""
     if series.kind != "line":
         return series
     inside = [p for p in places if series.x[0] < p < series.x[-1]]
@@ -169,10 +171,10 @@ def _broken_line(series: PlotSeries, places: Sequence[float]) -> PlotSeries:
 
 
 def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> PlotSeries:
-    """Make a plain line."""
+    """Return a series that is a plain line."""
     return PlotSeries(label=label, x=np.asarray(x, float), y=np.asarray(y, float), tone=tone)
 
 
 def paired(names: Sequence[str]) -> list[tuple[str, Tone]]:
-    """Return names with tones, which repeat after the last."""
+    """Return names with tones (colours); the tones are repeated after the last one."""
     return [(name, TONES[i % len(TONES)]) for i, name in enumerate(names)]

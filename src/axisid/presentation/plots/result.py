@@ -31,7 +31,9 @@ _OF_ALL = ("convergence", "sweep")  # figures of all records together
 
 
 def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[str, Plot | Missing]:
-    """Return every figure by its name, in report order, or the reason why it cannot be drawn.
+    """Return every figure of a result by name, in report order.
+
+    A figure that cannot be drawn is Missing, with the reason.
 
     Parameters
     ----------
@@ -60,11 +62,15 @@ def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[s
 
 
 def _over_cutoff(result: Identification, sweep: Sweep | None) -> dict[str, Plot]:
+    """Return the figure of a sweep by name; empty without a sweep."""
     return {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
 
 
 def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
-    """Return recorded and simulated position and tracking error, and their difference."""
+    """Return the figure of recorded and simulated position, tracking error and difference.
+
+    Missing if the closed loop cannot be simulated, or the position was not recorded.
+    """
     record = result.record
     try:
         reference = loop_reference(result.axis, record)
@@ -113,7 +119,7 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
 
 
 def record_plot(result: Identification) -> Plot:
-    """Return the unfiltered record, with dropped stretches shaded."""
+    """Return the figure of the unfiltered record, with the samples that are not used shaded."""
     record, drive = result.record, result.axis.axis.drive
     time, q = _times(record), result.axis.axis.coordinate
 
@@ -168,7 +174,7 @@ def record_plot(result: Identification) -> Plot:
 
 
 def _record_caption(result: Identification) -> str:
-    """Return number of samples, source of the force, and meaning of the shading."""
+    """Return the caption of the record: number of samples, source of the force, shading."""
     record, drive = result.record, result.axis.axis.drive
     unused = len(record) - int(result.data.sampling.used.sum())
     source = "drive gain times control" if drive.is_gain else "drive model applied to the control"
@@ -188,13 +194,15 @@ def _record_caption(result: Identification) -> str:
 
 
 def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
-    """Return every parameter over the cut-off, by least squares and IV, with 95 % bands.
+    """Return the figure of every parameter over the cut-off, by least squares and IV.
+
+    Bands are 95 % intervals.
 
     Parameters
     ----------
     sweep : Sweep
     used : float, optional
-        Cut-off of the identification, Hz.
+        Cut-off of the identification, Hz, which is marked.
     """
     panels = tuple(
         Panel(label=labelled(quantity.name, quantity.unit), series=curves, span=_span(curves))
@@ -216,7 +224,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
 
 
 def _curves(sweep: Sweep, name: str) -> tuple[PlotSeries, ...]:
-    """Return a parameter over the cut-offs: dashed least squares below IV estimates."""
+    """Return one parameter over the cut-offs: least squares (dashed) first, then IV estimates."""
     found = {
         method: {
             cutoff: estimate
@@ -243,7 +251,10 @@ def _curves(sweep: Sweep, name: str) -> tuple[PlotSeries, ...]:
 
 
 def _span(curves: Sequence[PlotSeries]) -> tuple[float, float] | None:
-    """Return a range of y that shows the IV estimates, if least squares needs a larger one."""
+    """Return the range of y that shows the IV estimates with room around them.
+
+    None if the whole range can be shown, or if there are no IV estimates.
+    """
     low, high = _bounds(curves)
     instruments = [curve for curve in curves if not curve.dashed]
     if not instruments:
@@ -255,13 +266,13 @@ def _span(curves: Sequence[PlotSeries]) -> tuple[float, float] | None:
 
 
 def _bounds(curves: Sequence[PlotSeries]) -> tuple[float, float]:
-    """Return minimum and maximum of the bands."""
+    """Return the smallest and the largest value of the bands of curves."""
     ends = [end for curve in curves for end in (curve.low, curve.high) if end is not None]
     return float(np.nanmin(np.concatenate(ends))), float(np.nanmax(np.concatenate(ends)))
 
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
-    """Return the caption of the figure of a sweep."""
+    """Return the caption of a sweep; `cut` states whether a panel does not show all values."""
     same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
     sentences = (
         "Estimates minus the bias of filter and noise, with 95 % intervals.",
@@ -274,7 +285,10 @@ def _swept(sweep: Sweep, *, cut: bool) -> str:
 
 
 def _times(record: Record) -> Array:
-    """Return the time since the first sample, (N,), s; for windows of a log its own time."""
+    """Return the time of each sample, (N,), s, since the first one.
+
+    For windows of a log it is the time of the log.
+    """
     if record.windows:
         return record.time
     if record.segments:
@@ -283,11 +297,12 @@ def _times(record: Record) -> Array:
 
 
 def _time_label(record: Record) -> str:
+    """Return the label of the time axis."""
     return "time of the log [s]" if record.windows else "time [s]"
 
 
 def _outside(record: Record) -> tuple[tuple[float, float], ...]:
-    """Return the time stretches of a log outside the windows."""
+    """Return the time ranges, s, of a log outside the windows that are used."""
     whole = record.around.get("position")
     if whole is None or whole.clock is None:
         return ()
@@ -296,7 +311,7 @@ def _outside(record: Record) -> tuple[tuple[float, float], ...]:
 
 
 def _joined(stretches: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    """Return stretches in order, with overlapping ones merged."""
+    """Return time ranges in order, with overlapping ones merged."""
     joined: list[tuple[float, float]] = []
     for start, stop in sorted(stretches):
         if joined and start <= joined[-1][1]:
@@ -307,7 +322,10 @@ def _joined(stretches: Sequence[tuple[float, float]]) -> tuple[tuple[float, floa
 
 
 def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
-    """Return time stretches without rows: dropped, masked, excluded, gaps, too short."""
+    """Return the time ranges, s, of samples that belong to no row.
+
+    These are dropped ends, masked and excluded samples, gaps, and segments that are too short.
+    """
     time = _times(result.record)
     return tuple(
         (float(time[max(start - 1, 0)]), float(time[min(stop, len(time) - 1)]))
@@ -316,7 +334,7 @@ def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
 
 
 def _gaps(record: Record) -> list[float]:
-    """Return the middle time of each gap between segments."""
+    """Return the time, s, in the middle of each gap between segments."""
     time = _times(record)
     return [float(time[start - 1] + time[start]) / 2 for start, _ in record.segments[1:]]
 
@@ -324,9 +342,10 @@ def _gaps(record: Record) -> list[float]:
 def plots_by_record(
     result: Identification, sweep: Sweep | None = None
 ) -> dict[int, dict[str, Plot | Missing]]:
-    """Return figures by record number, from 1, and by name; common figures have number 0.
+    """Return figures by the number of the record, from 1, and by name.
 
-    Names and titles of figures of a record contain its number. A single record has number 0.
+    Figures of all records together have the number 0, and so has a single record. Names and titles
+    of the figures of one of several records contain its number.
 
     Parameters
     ----------

@@ -1,13 +1,14 @@
 """Checks of a verdict as plain data: written with their sentences and numbers, and read back."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Annotated, Any
 
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.findings import Finding, ReadFinding
 from axisid.estimation.verdict_checks import Check, Status
+from axisid.support.settings import settings_in_python
 
 from .json_objects import JsonObject, about, plain, written_as
 
@@ -30,14 +31,15 @@ class WrittenCheck(JsonObject, frozen=True, kw_only=True):
 
 
 def written_checks(checks: Iterable[Check]) -> tuple[WrittenCheck, ...]:
-    """Return checks as a document has them."""
-    return tuple(
-        written_as(WrittenCheck, check, finding=finding_data(check.finding)) for check in checks
-    )
+    """Return checks as parts of a document."""
+    with settings_in_python():
+        return tuple(
+            written_as(WrittenCheck, check, finding=finding_data(check.finding)) for check in checks
+        )
 
 
 def read_checks(written: Iterable[WrittenCheck]) -> tuple[Check, ...]:
-    """Return the checks of a document; their findings have the sentences of the file."""
+    """Return the checks of a document; their sentences are those of the file."""
     return tuple(
         Check(
             name=each.name,
@@ -53,18 +55,24 @@ def read_checks(written: Iterable[WrittenCheck]) -> tuple[Check, ...]:
     )
 
 
-def finding_data(finding: Finding) -> dict[str, Any]:
-    """Return the kind of a finding, and its numbers, names and units; so of findings within it."""
+def finding_data(finding: Finding) -> dict[str, Any] | UnsetType:
+    """Return a finding as plain data: its kind, and its numbers, names and units.
+
+    Findings inside it are written in the same way. Unset for a finding that was read from a file
+    without data.
+    """
     if isinstance(finding, ReadFinding):
-        return dict(finding.data)
+        return dict(finding.data) or UNSET
     return plain(_with_kinds(finding))
 
 
 def _with_kinds(value: object) -> Any:
-    """Return a value whose findings are objects with their kind."""
-    if isinstance(value, Finding):
+    """Return a value as plain data, with the kind of each finding in it."""
+    if is_dataclass(value) and not isinstance(value, type):
         members = {field.name: _with_kinds(getattr(value, field.name)) for field in fields(value)}
-        return {"kind": type(value).__name__, **members}
+        if isinstance(value, Finding):
+            members["kind"] = type(value).__name__
+        return members
     if isinstance(value, tuple):
         return [_with_kinds(each) for each in value]
     if isinstance(value, Mapping):

@@ -9,6 +9,7 @@ from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.support.arrays import MaybeInfinite, MaybeNan
 from axisid.support.missing import Missing
+from axisid.support.settings import settings_in_python
 
 from .checks import finding_data, written_checks
 from .json_objects import JsonObject, about, by_name, written_as
@@ -84,7 +85,7 @@ class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
 
 
 def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return all diagnostics of a result, then the checks, by member of its document."""
+    """Return all diagnostics and checks of a result, by member of its document."""
     return {
         "judged": diagnosis.preferred,
         "instruments": diagnosis.instruments,
@@ -101,7 +102,7 @@ def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def record_members(found: RecordDiagnosis) -> dict[str, Any]:
-    """Return the diagnostics that records and whole results share, by member of the document."""
+    """Return the diagnostics that a record and a whole result both have, by member."""
     profile = found.alignment
     return {
         "law_check": written_law(found.law),
@@ -123,7 +124,8 @@ def record_members(found: RecordDiagnosis) -> dict[str, Any]:
 
 
 def written_law(check: LawAgreement | Missing) -> WrittenLawCheck:
-    """Return the control law's check; `passed` is None if it could not be evaluated."""
+    """Return the check of the control law; `passed` is None if it could not be evaluated."""
     if isinstance(check, Missing):
         return WrittenLawCheck(passed=None, meaning=f"not evaluated: {check}")
-    return written_as(WrittenLawCheck, check, finding=finding_data(check.finding))
+    with settings_in_python():
+        return written_as(WrittenLawCheck, check, finding=finding_data(check.finding))

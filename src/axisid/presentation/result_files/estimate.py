@@ -245,7 +245,16 @@ def written_estimate(
     drawn: Mapping[str, Drawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
 ) -> WrittenEstimate:
-    """Return the document of an estimate; non-finite statistics become None."""
+    """Return the document of an estimate; statistics that are not finite become None.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    drawn : mapping of str to Drawn, optional
+        Summary of draws by parameter.
+    physical : WrittenPhysical, optional
+        Declared parameters calculated from the estimate.
+    """
     names, direct = ([q.name for q in of] for of in (estimate.quantities, estimate.ddm_quantities))
     return written_as(
         WrittenEstimate,
@@ -290,7 +299,10 @@ def written_estimate(
 
 
 def _covariance_notes(written: WrittenEstimate) -> Mapping[str, CovarianceNote]:
-    """Return the description of each covariance in a file."""
+    """Return the notes on the covariances in a file by name.
+
+    Files of earlier versions have only their text, which becomes the label of a note.
+    """
     if isinstance(written.covariance_notes, UnsetType):
         texts = written.covariance_names.items()
         return {name: CovarianceNote(kind="other", label=text) for name, text in texts}
@@ -298,6 +310,7 @@ def _covariance_notes(written: WrittenEstimate) -> Mapping[str, CovarianceNote]:
 
 
 def _slopes(names: Iterable[str], slopes: Array | None) -> dict[str, float] | None:
+    """Return the derivatives by the logarithm of the gain by name; None without them."""
     return None if slopes is None else by_name(names, slopes)
 
 
@@ -325,9 +338,18 @@ def left_out(axis: GeneratedAxis) -> dict[str, float]:
 def _further(
     covariances: Mapping[str, Array], chosen: str, written_elsewhere: Set[str]
 ) -> dict[str, Array] | UnsetType:
-    """Return the covariances without separate members: the chosen one, and registered ones.
+    """Return the covariances that have no separate member in a document.
 
-    Robust and i.i.d. covariances that no interval uses are omitted, as in every file so far.
+    These are the chosen one and registered ones. Robust and i.i.d. covariances that no interval
+    uses are omitted. Unset if there are none.
+
+    Parameters
+    ----------
+    covariances : mapping of str to array
+    chosen : str
+        Name of the chosen covariance.
+    written_elsewhere : set of str
+        Names of covariances with separate members.
     """
     wanted = {chosen, *(covariances.keys() - _NAMED)} - written_elsewhere
     return {name: c for name, c in covariances.items() if name in wanted} or UNSET
@@ -378,7 +400,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
 
     @classmethod
     def of(cls, written: WrittenEstimate, row_period: float) -> "SavedEstimate":
-        """Return the estimate of a document."""
+        """Return the estimate that is written in a result file; `row_period` in s."""
         _check_whole(written)
         chosen, direct = written.chosen_covariance, written.theta_ddm or {}
         made = written.physical.base if written.physical else {}
@@ -448,7 +470,15 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         return {name: covariance_text(note) for name, note in self.covariance_notes.items()}
 
     def part(self, joint: JointForm, place: int) -> "SavedEstimate":
-        """Return the estimate in the parameters of one of several records."""
+        """Return the estimate of the parameters of one of several records.
+
+        Parameters
+        ----------
+        joint : JointForm
+            Form of the common regression of all records.
+        place : int
+            Index of the record.
+        """
         whole = self.distribution
         jacobian = joint.physical(joint.regressed(whole.theta))[1]
         by_whole = joint.record_jacobian(place) @ np.linalg.inv(jacobian)
@@ -534,11 +564,12 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
 
 
 def _check_whole(written: WrittenEstimate) -> None:
-    """Raise an error if the members of an estimate have different parameters.
+    """Refuse an estimate whose members have different parameters.
 
     Raises
     ------
     DataError
+        A matrix or a mapping does not have one entry per parameter.
     """
     check_sizes(
         f"the estimate {written.method}",

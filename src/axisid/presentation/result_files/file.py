@@ -49,13 +49,13 @@ _REFUSED = {
 
 
 def read_document(file: Path, *expected: type[Expected]) -> Expected:
-    """Read a result that was written as JSON.
+    """Return the document of a result file, checked against the schema of its kind.
 
     Parameters
     ----------
     file : Path
     *expected : type of JsonObject
-        Accepted documents.
+        Accepted kinds of documents.
 
     Raises
     ------
@@ -83,7 +83,13 @@ def read_document(file: Path, *expected: type[Expected]) -> Expected:
 
 
 def _schema(file: Path, content: bytes) -> str:
-    """Return the schema that a file names; empty if it names none."""
+    """Return the name of the schema in a file's content; empty without one.
+
+    Raises
+    ------
+    DataError
+        The content is not JSON, or was changed after it was written.
+    """
     try:
         found = msgspec.json.decode(content)
         members = found if isinstance(found, dict) else {}
@@ -101,13 +107,18 @@ def _schema(file: Path, content: bytes) -> str:
 
 
 def _said(error: Exception) -> str:
-    """Return the message of the decoder for a sentence: ``expected float, got str at $.rows``."""
+    """Return the message of a decoder as part of a sentence.
+
+    For example ``expected float, got str at $.rows``.
+    """
     text = str(error).replace("`", "").replace(" - at ", " at ").removeprefix("JSON is malformed: ")
     return text[:1].lower() + text[1:]
 
 
 def read_identification(file: str | Path) -> SavedIdentification:
-    """Read a file without its axis, and check more than its schema does.
+    """Return the identification in a file, without its axis.
+
+    In addition to the schema it is checked that its parts are consistent.
 
     Raises
     ------
@@ -121,6 +132,7 @@ def read_identification(file: str | Path) -> SavedIdentification:
 
 
 def _path(file: object) -> Path:
+    """Return the argument as a path; anything but a text or a path is refused."""
     if not isinstance(file, (str, Path)):
         raise UsageError(
             f"the result is {quoted(file)}; give the file of a result of identify, {HOW_SAVED}.",
@@ -130,7 +142,13 @@ def _path(file: object) -> Path:
 
 
 def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification:
-    """Raise an error if parts of the document are inconsistent or unusable."""
+    """Return the identification of a document, after checks that its parts are consistent.
+
+    Raises
+    ------
+    DataError
+        Parts contradict each other, or a covariance is unknown in this program.
+    """
     for estimate in document.estimates:  # it may be registered in another program
         if estimate.chosen_covariance not in COVARIANCES:
             raise DataError(
@@ -145,11 +163,12 @@ def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification
 
 
 def _told(file: str, tell: Callable[[], T]) -> T:
-    """Return the result of `tell`; raise an error if the content of the file makes it fail.
+    """Return the result of a function of a file's content; a failure is a fault of the file.
 
     Raises
     ------
     DataError
+        The function fails.
     """
     try:
         return tell()
@@ -225,7 +244,13 @@ def load_result(
 
 
 def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> SavedIdentification:
-    """Return the result of a file with its axis: the given one, or that of the library.
+    """Return the result of a file with its axis.
+
+    Parameters
+    ----------
+    saved : SavedIdentification
+    given : Axis, str, Path or None
+        The identified axis, or an argument of `load_axis`; None for the axis of the library.
 
     Returns
     -------
@@ -260,9 +285,10 @@ def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> Saved
 
 
 def _as_identified(saved: SavedIdentification, axis: Axis) -> Axis:
-    """Return the axis with left-out parameters removed and fixed parameters fixed.
+    """Return an axis in the form in which it was identified.
 
-    An estimated time of its drive gets its estimate. Values that the axis fixes itself are kept.
+    Its left-out parameters are removed, known parameters are fixed unless the axis fixes them
+    itself, and an estimated time of its drive has the estimated value.
     """
     found = saved.drive_time
     if found is not None:
@@ -284,7 +310,7 @@ _SAME_DEVIATION = 1e-9  # relative, of two standard errors that were written as 
 def refuse_differences(
     saved: SavedIdentification, axis: Axis, known: Iterable[Parameter] = ()
 ) -> None:
-    """Raise an error if an axis differs from the identified one in values outside the code.
+    """Refuse an axis with values outside the generated code that differ from the identified axis.
 
     Parameters
     ----------
@@ -325,11 +351,12 @@ def refuse_differences(
 
 
 def _known(value: float | None, sd: float) -> str:
+    """Return a known value with its standard error as text."""
     return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
 
 
 def _figures(drive: Drive) -> dict[str, str]:
-    """Return the declared response of a drive to its commands, as text by name."""
+    """Return the drive's declared times, recorded point and command path as texts by name."""
     names = ("lag", "delay", "logged", *CommandPath.__dataclass_fields__)
     figures = {f"the drive's {name}": str(getattr(drive, name)) for name in names}
     if drive.estimated is not None:
@@ -338,6 +365,7 @@ def _figures(drive: Drive) -> dict[str, str]:
 
 
 def _started(nominal: float) -> str:
+    """Return a text on a time that is estimated from a start value."""
     return f"estimated from {nominal:g}"
 
 
@@ -365,7 +393,7 @@ class FittedAxis:
     def values(self, method: str) -> dict[str, Value]:
         """Return every value of a method by name, the estimated parameters first.
 
-        Values that use known parameters replace the estimates.
+        A value that was calculated with known parameters replaces the estimate.
         """
         physical = self.result.physical
         more = physical[method].parameters if method in physical else {}
@@ -377,7 +405,7 @@ def fitted_axis(
     axis: Axis | str | Path | None = None,
     record: int | None = None,
 ) -> FittedAxis:
-    """Take an identification, or read one and join it with its axis.
+    """Return an identification together with the models of its axis.
 
     Parameters
     ----------
@@ -409,7 +437,13 @@ def fitted_axis(
 def _fitted(
     result: Identification | SavedIdentification, declared: Axis, signature: str
 ) -> FittedAxis:
-    """Return a result with its axis; raise an error if records have different parameters."""
+    """Return a result with the models of its axis.
+
+    Raises
+    ------
+    UsageError
+        Records have different parameters.
+    """
     if names := [*result.local_names, *(n for one in result.of_records[:1] for n in one.known)]:
         raise UsageError(
             f"{', '.join(names)} {'has' if len(names) == 1 else 'have'} a separate value for "

@@ -277,6 +277,7 @@ class WrittenIdentification(
 
 
 def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
+    """Return one of several records as part of a document."""
     return written_as(
         WrittenMember,
         of_one,
@@ -289,7 +290,10 @@ def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
 
 
 def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
-    """Return the document of an identification; `draws` as in `Identification.to_dict`."""
+    """Return the document of an identification.
+
+    With `draws` above 0 it has a summary of that many draws from the distribution of each estimate.
+    """
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
     return written_as(
@@ -330,6 +334,10 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
 
 
 def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
+    """Return the drive's response to its commands as part of a document.
+
+    Unset if the force follows each command at once.
+    """
     if not drive.of_held_commands and found is None:
         return UNSET
     told: dict[str, Any] = {"logged": drive.logged, **drive.path.declared}
@@ -411,7 +419,16 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     def of(
         cls, file: str, written: WrittenIdentification, declared: Axis | None = None
     ) -> "SavedIdentification":
-        """Return the identification of a document."""
+        """Return the identification that a document describes.
+
+        Parameters
+        ----------
+        file : str
+            Name of the file.
+        written : WrittenIdentification
+        declared : Axis, optional
+            The identified axis.
+        """
         record, drive, asked = written.record, written.drive, written.requested
         sampling, found = _sampling(written.prefilter, record), drive and drive.estimated
         step = record.period * written.prefilter.decimate
@@ -577,11 +594,21 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
 
 
 def identification_facts(result: Identification, draws: int) -> SavedIdentification:
-    """Return an identification without its rows, as needed for tables."""
-    return SavedIdentification.of("", written_identification(result, draws), result.axis.declared)
+    """Return an identification without its rows, as tables need it.
+
+    With `draws` above 0 it has a summary of that many draws from the distribution of each estimate.
+    """
+    written = written_identification(result, draws)
+    saved = SavedIdentification.of("", written, result.axis.declared)
+    checks = tuple(
+        replace(read, finding=live.finding)
+        for read, live in zip(saved.checks, result.checks, strict=True)
+    )
+    return replace(saved, checks=checks)
 
 
 def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
+    """Return filter and used samples of a record, as far as a document describes them."""
     filtered = SampledFilter(read_as(Prefilter, prefilter, drop=None), record.period)
     # Ends not longer than the transient of the filter were not cut off, but have no weight.
     if filtered.dropped != prefilter.drop:
@@ -596,6 +623,7 @@ def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
 
 
 def _physical(estimate: SavedEstimate) -> Physical | None:
+    """Return the calculated declared parameters of an estimate; None if the file has none."""
     written = estimate.document.physical
     if not written:
         return None

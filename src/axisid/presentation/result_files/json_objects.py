@@ -65,7 +65,7 @@ def check_sizes(
     matrices: Mapping[str, Matrix | UnsetType | None],
     numbers: Mapping[str, Mapping[str, Any] | UnsetType | None],
 ) -> None:
-    """Raise an error if matrices or numbers of a document have other parameters than `names`.
+    """Refuse a document whose matrices or numbers do not match its parameters.
 
     Parameters
     ----------
@@ -80,6 +80,7 @@ def check_sizes(
     Raises
     ------
     DataError
+        A matrix has another size, or a number is for another parameter.
     """
     count, listed = len(names), ", ".join(names) or "none"
     for member, matrix in matrices.items():
@@ -173,7 +174,7 @@ def read_as(
 
 
 def _plain(value: Any, hint: Any) -> Any:
-    """Return a member of a result in the form of the annotation of the document."""
+    """Return a value of a result in the form that the annotation of the document requires."""
     if isinstance(value, np.ndarray):
         return _plain(tuple(value.tolist()), hint)
     if isinstance(value, Mapping):
@@ -187,7 +188,7 @@ def _plain(value: Any, hint: Any) -> Any:
 
 
 def _restored(hint: Any, value: Any) -> Any:
-    """Return a member of a document in the form of the annotation of the result."""
+    """Return a value of a document in the form that the annotation of the result requires."""
     if isinstance(value, Mapping):
         return {n: _restored(hint, v) for n, v in value.items()}
     if Array in (hint, *get_args(hint)):
@@ -203,6 +204,6 @@ def _restored(hint: Any, value: Any) -> Any:
 
 @cache
 def _kinds(hint: Any) -> tuple[type, ...]:
-    """Return the classes in an annotation."""
+    """Return all classes that occur in an annotation."""
     inside = [kind for each in get_args(hint) for kind in _kinds(each)]
     return (hint, *inside) if isinstance(hint, type) else tuple(inside)

@@ -219,7 +219,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
 
 
 def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
-    """Return the missing terms of all tested records; None if none was tested."""
+    """Return the missing terms found in all tested records; None if no record was tested."""
     if all(isinstance(lacks, Missing) for lacks in fit.lacks):
         return None
     return tuple(
@@ -237,6 +237,7 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
 
 
 def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
+    """Return one parameter of a fit as part of a document; `place` is its index."""
     value, known = fit.parameters[name], fit.prior.get(name)
     return written_as(
         WrittenFitted,

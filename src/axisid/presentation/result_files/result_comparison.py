@@ -114,6 +114,7 @@ _NOTE = (
 
 
 def _table(results: ResultComparison, method: str) -> TableBlock:
+    """Return the table of one method: parameters and errors of both results, with differences."""
     rows = [
         (
             d.name,
@@ -139,6 +140,7 @@ def _table(results: ResultComparison, method: str) -> TableBlock:
 
 
 def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
+    """Return the settings that differ: a table, and a paragraph for each long one."""
     if not settings:
         return [paragraph("the settings are the same")]
     shown = {name: tuple(map(_short, pair)) for name, pair in settings.items()}
@@ -158,6 +160,7 @@ def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
 
 
 def _verdict(results: ResultComparison) -> Paragraph:
+    """Return the checks whose status differs, with sentences on those that did not pass."""
     sentences = []
     for name, pair in results.checks.items():
         states = " in A, ".join(map(_status, pair))
@@ -171,7 +174,7 @@ def _verdict(results: ResultComparison) -> Paragraph:
 
 
 def compare_results(first: ComparableResult, second: ComparableResult) -> ResultComparison:
-    """Compare two results.
+    """Return the comparison of two results: parameters, errors, settings and checks.
 
     Parameters
     ----------
@@ -236,7 +239,7 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
 
 
 def _document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
-    """Return file, axis and record as text, and the document of a result."""
+    """Return a text that names file, axis and record of a result, and its document."""
     if isinstance(result, Identification):
         file, document = "", written_identification(result)
     else:
@@ -249,6 +252,7 @@ def _document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
 def _difference(
     method: str, name: str, first: WrittenValue, second: WrittenValue
 ) -> WrittenDifference:
+    """Return one parameter of one method in both results, with the difference."""
     combined, apart = math.hypot(first.sd_hac, second.sd_hac), second.value - first.value
     return WrittenDifference(
         method=method,
@@ -264,7 +268,7 @@ def _difference(
 
 
 def _settings(result: WrittenIdentification) -> dict[str, Any]:
-    """Return data and settings of a result."""
+    """Return the settings of a result, and the identity of its records, by name."""
     record, members = result.record, result.records or ()
     several = {
         "records": ", ".join(member.record.source for member in members),
@@ -297,10 +301,12 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
 
 
 def _status(check: WrittenCheck | None) -> str:
+    """Return the status of a check; ``absent`` without one."""
     return "absent" if check is None else check.status
 
 
 def _short(value: Any) -> str:
+    """Return a setting as text; a digest is cut after twelve characters."""
     if isinstance(value, dict):
         return ", ".join(f"{role} = {name}" for role, name in value.items()) or "-"
     text = "-" if value is None else str(value)

@@ -200,6 +200,7 @@ def written_validation(validation: Validation) -> WrittenValidation:
 
 
 def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
+    """Return the validation of one method as part of a document."""
     again = validation.reestimate
     return written_as(
         WrittenMethodValidation,

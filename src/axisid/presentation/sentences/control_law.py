@@ -193,7 +193,7 @@ def other_gains(finding: OtherGains) -> str:
 def other_scale(finding: OtherScale) -> str:
     """Return the scale or the sign of the control, and what to check."""
     return (
-        f"{_differs(finding)}: {_scale_text(finding.scale)}; corrected, the "
+        f"{_differs(finding)}: {_scale_text(finding.scale)}. With this corrected, the result is: "
         f"{_residual(finding.scaled_percent)}. {capitalised(_check_scale(finding.scale))}"
     )
 

@@ -229,14 +229,14 @@ def fit_precision(finding: FitPrecision) -> str:
         one = len(finding.unidentified) == 1
         fixed = setting("fix", {finding.unidentified[0].name: "VALUE"})
         texts.append(
-            f"{names} {'is' if one else 'are'} not identified by the fitted output (relative "
-            f"standard error{'' if one else 's'} {errors}). Record another motion, or fix a known "
+            f"the parameter{'' if one else 's'} {names} {'is' if one else 'are'} not identified by "
+            f"the fitted output (relative standard error{'' if one else 's'} {errors}). Record another motion, or fix a known "
             f"value with {fixed}"
         )
     if finding.negligible:
         of = "of the largest change of the output by a parameter"
         texts.append(negligible_text(finding.negligible, of))
-    if not finding.unidentified:
+    if not finding.unidentified and finding.has_others:
         texts.append(largest_error_text(finding.largest_percent, bool(finding.negligible)))
     return one_after_another(texts)
 

@@ -101,12 +101,10 @@ def measured_motion(finding: MeasuredMotion) -> str:
             f"Check the column, and name the right one with {columns}"
         )
     if finding.is_wrong:
-        return one_after_another(
-            [
-                f"the measured {role} differs from {reference}: {_figures(finding)}",
-                _instruction(finding),
-            ]
-        )
+        texts = [f"the measured {role} differs from {reference}: {_figures(finding)}"]
+        if finding.corrections.faults:
+            texts.append(_instruction(finding))
+        return one_after_another(texts)
     return f"the measured {role} agrees with {reference}: {_figures(finding)}"
 
 

@@ -45,7 +45,7 @@ def precision(finding: Precision) -> str:
     texts = [_unidentified(each) for each in finding.unidentified]
     if finding.negligible:
         texts.append(negligible_text(finding.negligible, "of the force"))
-    if not finding.unidentified:
+    if not finding.unidentified and finding.has_others:
         texts.append(largest_error_text(finding.largest_percent, bool(finding.negligible)))
     return one_after_another(texts)
 
@@ -71,12 +71,12 @@ def negligible_text(parameters: Sequence[RelativeError], of: str) -> str:
     errors = listed([error_text(each) for each in parameters])
     if len(parameters) == 1:
         return (
-            f"{names} cannot be distinguished from zero (relative standard error {errors}) and "
-            f"accounts for less than 1 % {of}"
+            f"the parameter {names} cannot be distinguished from zero (relative standard error "
+            f"{errors}) and accounts for less than 1 % {of}"
         )
     return (
-        f"{names} cannot be distinguished from zero (relative standard errors {errors}); each "
-        f"accounts for less than 1 % {of}"
+        f"the parameters {names} cannot be distinguished from zero (relative standard errors "
+        f"{errors}); each accounts for less than 1 % {of}"
     )
 
 
@@ -91,13 +91,13 @@ def _unidentified(found: Unidentified) -> str:
     errors = listed([error_text(each) for each in found.parameters])
     if len(names) == 1:
         text = (
-            f"{names[0]} is not identified by this record (relative standard error {errors}), "
-            f"because {_reason(found)}"
+            f"the parameter {names[0]} is not identified by this record (relative standard error "
+            f"{errors}), because {_reason(found)}"
         )
     else:
         text = (
-            f"{listed(names)} are not identified by this record (relative standard errors "
-            f"{errors}), because {_reason(found)}"
+            f"the parameters {listed(names)} are not identified by this record (relative standard "
+            f"errors {errors}), because {_reason(found)}"
         )
     lacking = f": {', and '.join(found.lacking)}" if found.lacking else ""
     return f"{text}{lacking}. {_remedy(found)}"
@@ -197,6 +197,8 @@ def fixed_values(finding: FixedValues) -> str:
         f"Hotelling's T squared {finding.statistic:.3g} with {finding.restrictions} "
         f"restriction{'' if finding.restrictions == 1 else 's'}, p = {finding.p_value:.2g}"
     )
+    if finding.agree and not finding.values:
+        return f"the record agrees with the physical parameters ({test})"
     if finding.agree:
         return f"the record agrees with the fixed values ({test})"
     if not finding.values:

@@ -58,17 +58,24 @@ def equation_error_on_record(finding: EquationErrorOnRecord) -> str:
 @sentence.register
 def simulation_on_record(finding: SimulationOnRecord) -> str:
     """Return the methods whose simulated loop is too far from the record, or that all follow."""
-    error = f"{finding.tracking_error_percent:.3g} % of the tracking error"
+    position = _percent(finding.tracking_error_percent, "the tracking error")
     if not finding.failed:
         return (
             "the simulated closed loops reproduce the recorded motion (position error at most "
-            f"{error}, rms)"
+            f"{position}, rms)"
         )
+    if finding.by_position:
+        own = _percent(finding.own_tracking_error_percent, "it")
+        error = f"the simulated position differs by {position} (rms)"
+    else:
+        own = _percent(finding.own_simulation_error_percent, "it")
+        force = _percent(finding.simulation_error_percent, "the force")
+        error = f"the simulated force differs by {force} (rms)"
     injected = setting("columns", {"injected": "NAME"})
     return (
-        f"{_methods(finding.failed)} not hold on this record: the simulated position differs by "
-        f"{error} (rms), much more than on the own record. Check the gains and the period of the "
-        f"control law, and name an added test signal with {injected} and injected_at in run.toml"
+        f"{_methods(finding.failed)} not hold on this record: {error}, on the own record by {own}. "
+        "Check the gains and the period of the control law, and name an added test signal with "
+        f"{injected} and injected_at in run.toml"
     )
 
 
@@ -90,6 +97,13 @@ def reestimated_parameters(finding: ReestimatedParameters) -> str:
         f"{force} (rms). Check the load and other changes of the machine, and check that friction "
         "and motion are within the range of the model"
     )
+
+
+def _percent(value: float | None, of: str) -> str:
+    """Return a percentage of a quantity; an unknown part of it for None."""
+    if value is None:
+        return f"an unknown part of {of}"
+    return f"{value:.3g} % of {of}"
 
 
 def _methods(names: tuple[str, ...]) -> str:

@@ -31,7 +31,10 @@ _SMALLEST_P = 1e-16
 
 
 def comparison_document(c: Comparison) -> Document:
-    """Return heading, estimates, errors, tests, recommendation and the common rows."""
+    """Return a comparison as a document.
+
+    It has estimates, errors and tests of the candidates, the recommendation, and the common rows.
+    """
     nested = text_table(
         ("nested model", "restrictions", "Wald/q, HAC", "p"),
         (
@@ -84,6 +87,7 @@ def comparison_document(c: Comparison) -> Document:
 
 
 def _heading(c: Comparison) -> Heading:
+    """Return the heading of a comparison: parameters left out, records and method."""
     known = [{name: each[i] for name, each in c.known.items()} for i in range(len(c.records))]
     units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
     return Heading(
@@ -99,7 +103,7 @@ def _heading(c: Comparison) -> Heading:
 
 
 def _left_out(candidates: Sequence[Candidate]) -> str:
-    """Return the values of parameters left out, with candidate names if candidates differ."""
+    """Return the parameters left out, as text; with the candidates' names if they differ."""
     texts = {c.name: left_out_text(c.axis.declared) for c in candidates}
     if len({*texts.values()}) == 1:
         return texts[candidates[0].name]
@@ -107,7 +111,7 @@ def _left_out(candidates: Sequence[Candidate]) -> str:
 
 
 def _short(value: Value | None) -> Cell:
-    """Return a value to two digits of its standard error."""
+    """Return a value and its standard error, to two digits of the error; a dash without one."""
     if value is None:
         return "-"
     places = decimals(value.deviation)
@@ -115,6 +119,7 @@ def _short(value: Value | None) -> Cell:
 
 
 def _errors(candidates: Sequence[Candidate]) -> TableBlock:
+    """Return the table of the candidates' errors and information criteria."""
     least = {name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic")}
     return text_table(
         ("candidate", "k", "equation %", "held out %", "simulation %", "dAIC", "dBIC"),
@@ -136,13 +141,14 @@ def _errors(candidates: Sequence[Candidate]) -> TableBlock:
 
 
 def _p(value: float | None) -> str:
+    """Return a p-value as text; a dash without one."""
     if value is None or math.isnan(value):
         return "-"
     return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
 
 
 def _remarks(c: Comparison) -> list[Sentence]:
-    """Return failed bounds and control law, excluded candidates, and limits of the comparison."""
+    """Return sentences on failed bounds, the control law, excluded candidates and limits."""
     first, *others = c.candidates
     return [
         *(
@@ -183,6 +189,7 @@ def _remarks(c: Comparison) -> list[Sentence]:
 
 
 def _rows(c: Comparison) -> str:
+    """Return a note on how the records became the common rows."""
     drive, measured = c.candidates[0].axis.axis.drive, c.record.force is not None
     return rows_text(
         [data.sampling for data in c.problem.data],

@@ -38,7 +38,7 @@ _COVARIANCES = {
 
 
 def output_fit_document(fit: OutputFit) -> Document:
-    """Return heading, parameters, residual of each record, verdict and remarks of a fit."""
+    """Return a fit as a document: heading, parameters, residuals, verdict and remarks."""
     return saved_fit_document(
         SavedOutputFit.of("", written_output_fit(fit)), declared=fit.axis.declared
     )
@@ -60,6 +60,7 @@ def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> 
 
 
 def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
+    """Return the heading of a fit: axis, records, output, loss and start."""
     written = fit.document
     known = [
         {name: (each[i].value, each[i].sd) for name, each in (written.known or {}).items()}
@@ -82,6 +83,7 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
 
 
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
+    """Return the table row of one parameter of a fit."""
     value, written = fit[name], fit.document.parameters[name]
     known, is_told = written.prior, 0 < value.deviation < math.inf
     form = f".{decimals(value.deviation)}f" if is_told else ".6g"
@@ -96,6 +98,7 @@ def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
 
 
 def _errors(fit: SavedOutputFit) -> TableBlock:
+    """Return the table of the residuals of a fit by record and output."""
     several, count = len(fit.records) > 1, len(fit.outputs)
     of_record = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
     return text_table(
@@ -120,6 +123,7 @@ def _errors(fit: SavedOutputFit) -> TableBlock:
 
 
 def _remarks(fit: SavedOutputFit) -> Iterator[str]:
+    """Return remarks on separate parameters of records, the search and the standard errors."""
     written = fit.document
     yield from local_notes(fit.local)
     for said in dict.fromkeys(written.remarks):  # two methods may be refused for the same reason
@@ -131,7 +135,7 @@ _MOST = 8  # laws that are listed
 
 
 def law_search_document(search: LawSearch) -> Document:
-    """Return the laws sorted by residual, and the gains and declaration of the best one."""
+    """Return a law search as a document: laws by residual, and gains and text of the best law."""
     best = search.best
     return (
         Heading(facts=record_facts(search.record)),
@@ -173,6 +177,7 @@ def law_search_document(search: LawSearch) -> Document:
 
 
 def _conclusion(search: LawSearch) -> Paragraph:
+    """Return the declaration of the best law; if no law explains the control, the reason."""
     if not search.explained:
         return paragraph(f"{search.checks[0].meaning}.")
     best, others = search.best, search.as_well - 1
@@ -187,7 +192,7 @@ def _conclusion(search: LawSearch) -> Paragraph:
 
 
 def sweep_document(sweep: Sweep) -> Document:
-    """Return the judged estimates by cut-off, the recommendation, and its checks."""
+    """Return a sweep as a document: judged estimates by cut-off, recommendation and checks."""
     judged, first = [result.preferred for result in sweep.results], sweep.results[0]
     return (
         Heading(
@@ -232,7 +237,7 @@ def sweep_document(sweep: Sweep) -> Document:
 
 
 def validation_document(validation: Validation) -> Document:
-    """Return the repairs of the second record, and the errors of each estimate on it."""
+    """Return a validation as a document: errors of each frozen estimate on the second record."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
     heading = Heading(facts={"repaired": record_facts(record)["repaired"]}, title=title)
@@ -248,7 +253,7 @@ def validation_document(validation: Validation) -> Document:
 
 
 def fit_validation_document(validation: FitValidation) -> Document:
-    """Return the residual of a frozen fit on a second record, and its checks."""
+    """Return a fit's validation as a document: its residual on a second record, and checks."""
     record, unit = validation.record, validation.unit
     residual = f"residual {validation.error:.4g} {unit}".rstrip()
     residual += f" (rms), {validation.percent:.3g} % of the {validation.output} (rms)"

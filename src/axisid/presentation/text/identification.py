@@ -68,15 +68,17 @@ def saved_document(
 ) -> Document:
     """Return an identification as a document.
 
+    By default it has what fits on a screen: the judged estimate, the verdict and the rows.
+
     Parameters
     ----------
     result : SavedIdentification
     draws : int
         Number of draws from the distribution of each estimate; 0 for no table of draws.
     every : bool
-        True for all methods with notes.
+        Whether to show all methods with notes.
     full : bool
-        True for all methods, notes, diagnostics and checks.
+        Whether to show all methods, notes, diagnostics and checks.
     """
     drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
     if not (every or full):
@@ -110,9 +112,10 @@ def saved_document(
 
 
 def _screen(result: SavedIdentification) -> Document:
-    """Return heading, judged estimate, verdict without notes, and rows.
+    """Return heading, judged estimate, failed checks and rows: what fits on a screen.
 
-    If a check fails, missing methods are named without reasons: the failed check explains them.
+    If a check fails, methods without an estimate are named without reasons, because the failed
+    check explains them.
     """
     noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
     missing = {**result.skipped, **result.failed}
@@ -142,7 +145,7 @@ def _screen(result: SavedIdentification) -> Document:
 
 
 def _rows_in_short(result: SavedIdentification) -> str:
-    """Return the rows of the judged estimate, its filter, and what its standard errors are."""
+    """Return a sentence on the rows, the filter and the standard errors of the judged estimate."""
     judged, settings = result.preferred, result.sampling.filter.settings
     filtered = f"a {settings.cutoff:g} Hz low-pass"
     if settings.decimate > 1:
@@ -155,7 +158,10 @@ def _rows_in_short(result: SavedIdentification) -> str:
 
 
 def judged_table(result: SavedIdentification) -> TableBlock:
-    """Return the table of the judged estimate: each value minus the bias of filter and noise."""
+    """Return the table of the judged estimate, corrected for the bias of filter and noise.
+
+    The estimate by IDM-LS is in a further column if a value of it lies outside the interval.
+    """
     judged, plain = result.preferred, result.estimates.get("idm-ls")
     bands = (result.document.model_bands or {}).get(judged.method, {})
     revised = result.document.with_missing_terms or {}
@@ -163,6 +169,7 @@ def judged_table(result: SavedIdentification) -> TableBlock:
     beside = {} if plain is None or plain is judged else plain.parameters
     more = physical.parameters if physical and physical.shows_more else {}
     values = {**judged.parameters, **more}
+    # Omit IDM-LS if all its values are within the intervals of the judged estimate.
     if all(low <= beside[n].value <= high for n in beside for low, high in [values[n].interval]):
         beside = {}
     rows = (
@@ -200,15 +207,19 @@ def judged_table(result: SavedIdentification) -> TableBlock:
 def _model_remark(
     band: JackknifeInterval | None, revised: Sequence[float], digits: int
 ) -> list[str]:
-    """Return the value of a parameter with the missing terms, or its range by model error.
+    """Return a remark on one parameter under model error, in a list; empty without a remark.
+
+    It is the value with the missing terms, or the interval with the model error.
 
     Parameters
     ----------
     band : JackknifeInterval or None
+        Interval with the model error; None if there is none.
     revised : sequence of float
-        Its value with the terms that the verdict names, or its values forward and backward; empty
-        if none are named.
+        Value with the terms that the verdict names, or values forward and backward; empty if no
+        terms are named.
     digits : int
+        Number of decimal places.
     """
     values = [f"{value:.{digits}f}" for value in revised]
     if len(values) == 2:
@@ -221,7 +232,7 @@ def _model_remark(
 
 
 def rows_of(result: SavedIdentification) -> str:
-    """Return how the records became rows."""
+    """Return a note on how the records became rows."""
     first, *_ = result.estimates.values()
     force = force_told(
         result.drive,
@@ -240,6 +251,7 @@ def rows_of(result: SavedIdentification) -> str:
 
 
 def _heading(result: SavedIdentification) -> Heading:
+    """Return the heading: axis, records, an estimated drive time and true values."""
     record, parameters, combined = result.record, result.declared_parameters, result.combined
     truth, title = record.provenance.truth, result.declared.title if result.declared else ""
     records = [of_one.record for of_one in result.of_records] or [record]
@@ -266,6 +278,7 @@ def _heading(result: SavedIdentification) -> Heading:
 
 
 def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
+    """Return the true values of parameters as text; empty without any."""
     return ", ".join(
         f"{p.name} = {truth[p.name]:g} {p.unit}" for p in parameters if p.name in truth
     )
@@ -276,6 +289,16 @@ def _estimates_table(
     bands: Mapping[str, Mapping[str, JackknifeInterval]],
     truth: Mapping[str, float],
 ) -> TableBlock:
+    """Return the table of the estimates of one model form side by side.
+
+    Parameters
+    ----------
+    estimates : sequence of SavedEstimate
+    bands : mapping of str to mapping of str to JackknifeInterval
+        Intervals with the model error, by method and parameter.
+    truth : mapping of str to float
+        True values of a simulated record.
+    """
     first, methods = estimates[0], [e.method for e in estimates]
     rows = _value_rows(
         {e.method: e.parameters for e in estimates},
@@ -309,7 +332,11 @@ def _estimates_table(
 
 
 def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
-    """Return tables of physical parameters that are not base parameters, for one model form."""
+    """Return a table of declared parameters that are calculated from base parameters.
+
+    It shows the inverse models if there are any, otherwise the direct ones; empty if no parameter
+    has to be calculated.
+    """
     every = {method: p for method, p in result.physical.items() if p.shows_more}
     inverse = [p for m, p in every.items() if not result.estimates[m].is_direct]
     shown = inverse or [*every.values()]
@@ -323,6 +350,7 @@ def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
 
 
 def _columns(what: str, methods: Iterable[str]) -> tuple[TableColumn, ...]:
+    """Return the columns of a table of estimates by method, with drawn intervals at the end."""
     parts = ("sd [1]", "rel. sd", "i.i.d. [2]")  # shown if the table has room
     return (
         *text_columns([what, "unit"]),
@@ -332,6 +360,7 @@ def _columns(what: str, methods: Iterable[str]) -> tuple[TableColumn, ...]:
 
 
 def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
+    """Return the label of each quantity by name: its name, and its formula if it has one."""
     return {q.name: f"{q.name} = {q.expression}" if q.expression else q.name for q in quantities}
 
 
@@ -341,7 +370,19 @@ def _value_rows(
     truth: Mapping[str, float],
     bands: Sequence[Mapping[str, JackknifeInterval]] = (),
 ) -> list[tuple[Cell, ...]]:
-    """Return the rows of the parameters by method, with the intervals to be drawn."""
+    """Return table rows of parameters by method, with the intervals to be drawn.
+
+    Parameters
+    ----------
+    columns : mapping of str to mapping of str to Value
+        Values by method and parameter.
+    labels : mapping of str to str
+        Label of the row of each parameter.
+    truth : mapping of str to float
+        True values of a simulated record.
+    bands : sequence of mapping of str to JackknifeInterval
+        Intervals with the model error, by parameter, for each method; empty for no such rows.
+    """
     rows: list[tuple[Cell, ...]] = []
     for name, label in labels.items():
         beside = [column[name] for column in columns.values()]
@@ -363,7 +404,7 @@ def _value_rows(
 
 
 def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBlock:
-    """Return a table of intervals from draws and by the delta method."""
+    """Return a table of intervals from `draws` random draws, next to those by the delta method."""
     drawn = [
         (f"{method.upper()} {name}", value, estimate.propagate(name, draws=draws))
         for method, estimate in estimates.items()
@@ -436,7 +477,7 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
 
 
 def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
-    """Return each remark once, with the methods that it applies to."""
+    """Return each remark on estimates once, after the names of the methods it applies to."""
     shared = grouped((said, e.method) for e in estimates for said in e.remarks)
     return [
         f"{', '.join(of).upper()}: {remark.removesuffix('.')}." for remark, of in shared.items()
@@ -444,7 +485,7 @@ def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
 
 
 def verdict_block(checks: Sequence[Check]) -> Checks:
-    """Return the conclusion, a sentence for each check that did not pass, and passed checks."""
+    """Return the verdict: conclusion, checks that did not pass with sentences, passed checks."""
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
     judged = [
@@ -467,9 +508,10 @@ def verdict_block(checks: Sequence[Check]) -> Checks:
 
 
 def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
-    """Return the checks that were not evaluated, grouped by reason.
+    """Return the names of checks that were not evaluated, by reason.
 
-    Excluded are checks of a line on which another check fails or has a note: a line has one status.
+    Checks of a line of the verdict with a failed check or a note are excluded, because a line has
+    one status.
     """
     judged = lines_of(check.name for check in checks if check.status in ("fail", "note"))
     return grouped(
@@ -480,9 +522,9 @@ def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
 
 
 def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> list[str]:
-    """Return each reason once, with the methods that are missing because of it.
+    """Return a note for each reason why methods have no estimate, with their names.
 
-    A reason for which checks were not evaluated is in the verdict.
+    A reason for which checks were not evaluated is not repeated, because it is in the verdict.
     """
     in_verdict = unmade(checks)
     shared = grouped(

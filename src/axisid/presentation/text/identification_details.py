@@ -42,7 +42,7 @@ _MODEL_ERROR = "sd by model error"
 
 
 def saved_estimate_document(estimate: SavedEstimate) -> Document:
-    """Return every parameter with its standard error and interval, and the errors."""
+    """Return a table of an estimate: parameters with standard errors and intervals, and errors."""
     values = {**estimate.ddm_parameters, **estimate.parameters}
     errors = {
         "equation error": None if estimate.by_output_error else estimate.equation_error_percent,
@@ -69,7 +69,7 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
 
 
 def iterations(estimate: SavedEstimate) -> str:
-    """Return the number of iterations and the start; a dash for least squares."""
+    """Return the number of iterations and the start as text; a dash for least squares."""
     if not estimate.iterates:
         return "-"
     count = str(len(estimate.iterates) - 1)
@@ -77,7 +77,10 @@ def iterations(estimate: SavedEstimate) -> str:
 
 
 def quantity(value: Value) -> QuantityCell:
-    """Return value, standard error, relative and i.i.d. standard error with suitable digits."""
+    """Return a value with its standard errors as a table cell, with suitable digits.
+
+    The further texts of the cell are the relative and the i.i.d. standard error.
+    """
     digits = places(value)
     relative = value.relative_deviation_percent
     percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
@@ -90,14 +93,27 @@ def quantity(value: Value) -> QuantityCell:
 
 
 def places(value: Value) -> int:
-    """Return the decimal places that show four digits of the standard error; at least four."""
+    """Return the number of decimal places that shows four digits of the i.i.d. standard error.
+
+    It is at least four.
+    """
     return decimals(value.sd, digits=4, least=4)
 
 
 def band_row(
     values: Sequence[Value], bands: Sequence[JackknifeInterval | None]
 ) -> list[tuple[Cell, ...]]:
-    """Return standard errors by model error, if one is noticeably larger than that by noise."""
+    """Return a table row of the standard errors by model error, in a list.
+
+    The list is empty if none of them is noticeably larger than the standard error by noise.
+
+    Parameters
+    ----------
+    values : sequence of Value
+        The parameter by each method.
+    bands : sequence of JackknifeInterval or None
+        Its interval with the model error by each method; None if there is none.
+    """
     if not any(band is not None and band.exceeds for band in bands):
         return []
     cells = (
@@ -114,7 +130,7 @@ def band_row(
 
 
 def moves_notes(document: WrittenIdentification) -> list[str]:
-    """Return notes on the repeating residual and on the ranges by model error, if any."""
+    """Return notes on the residual that repeats and on intervals with the model error, if any."""
     notes = [_repeats(document.lack_of_fit)] if document.lack_of_fit else []
     bands, judged = document.model_bands or {}, document.judged
     if not any(band.exceeds for of_one in bands.values() for band in of_one.values()):
@@ -134,6 +150,7 @@ def moves_notes(document: WrittenIdentification) -> list[str]:
 
 
 def _repeats(found: LackOfFit) -> str:
+    """Return a note on the residual that repeats with the motion."""
     every = "" if found.period is None else f" every {found.period:.4g} s"
     return (
         f"The reference repeats{every}, up to {found.times} times ({found.rows} rows). "
@@ -143,7 +160,16 @@ def _repeats(found: LackOfFit) -> str:
 
 
 def physical_notes(found: Mapping[str, Physical]) -> list[str]:
-    """Return notes on physical parameters; none if they are estimated directly."""
+    """Return notes on declared parameters that are calculated from base parameters.
+
+    None if all are estimated directly. A note that applies to some methods only begins with their
+    names.
+
+    Parameters
+    ----------
+    found : mapping of str to Physical
+        Calculated parameters by method.
+    """
     shows_more = any(physical.shows_more for physical in found.values())
     said = grouped(
         (sentence, method)
@@ -168,6 +194,7 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
 
 
 def _how(physical: Physical) -> str:
+    """Return a note on how declared parameters are calculated from estimates and known values."""
     known = ", ".join(
         f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in physical.known
     )
@@ -185,7 +212,7 @@ def _how(physical: Physical) -> str:
 
 
 def details_document(result: SavedIdentification) -> Document:
-    """Return intervals, correlations and every diagnostic with figure and threshold."""
+    """Return tables of intervals, correlations and all diagnostics, and the table of checks."""
     preferred, found = result.preferred, result.document
     label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
     return (
@@ -221,6 +248,7 @@ def details_document(result: SavedIdentification) -> Document:
 
 
 def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock:
+    """Return a table of the 95 % interval and all standard errors of each parameter and method."""
     first, *others = (model.label for model in COVARIANCES.values())
     return text_table(
         ["", "unit", "2.5 %", "97.5 %", f"sd {first}", *others, "gain", "bias"],
@@ -240,6 +268,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
 
 
 def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
+    """Return a table of the control law's check, or the reason why it was not evaluated."""
     title = "Control law"
     if law.passed is None:
         return paragraph(law.meaning, title=title)
@@ -253,7 +282,7 @@ def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
 
 
 def _by_record(records: Sequence[WrittenMember]) -> TableBlock:
-    """Return residual and delay of the control law, and the delay of the force, by record."""
+    """Return a table, by record, of residual and delay of the law, and delay of the force."""
     return text_table(
         ("", "residual of the law", "delay [samples]", "force acts later by [samples]"),
         (
@@ -275,10 +304,12 @@ def _by_record(records: Sequence[WrittenMember]) -> TableBlock:
 
 
 def _percent(value: object) -> str:
+    """Return a number in percent as text; a dash if there is none."""
     return f"{figure_text(value)} %" if isinstance(value, float) else "-"
 
 
 def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> TableBlock | Paragraph:
+    """Return a table of the instruments' first stages; without instruments a paragraph."""
     title = "Instruments"
     if tests is None:
         return paragraph("none", title=title)
@@ -297,6 +328,15 @@ def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Tab
 def _differences(
     differences: Mapping[str, Mapping[str, HausmanTest]], units: Mapping[str, str]
 ) -> TableBlock | Paragraph:
+    """Return a table of the differences between estimators with Hausman tests.
+
+    Parameters
+    ----------
+    differences : mapping of str to mapping of str to HausmanTest
+        Tests by pair of methods and by parameter.
+    units : mapping of str to str
+        Units of the parameters.
+    """
     title = "Differences between estimators (Hausman test, HAC)"
     if not differences:
         return paragraph(
@@ -328,6 +368,7 @@ def _difference_label(pair: str) -> str:
 
 
 def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragraph:
+    """Return a sentence on the delay of the force relative to the motion."""
     title = "Alignment"
     if alignment.best is None:
         return paragraph(f"not measured: {alignment.reason}", title=title)
@@ -346,7 +387,15 @@ def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragra
 
 
 def _motions(found: Mapping[str, ColumnComparison]) -> Document:
-    """Return measured velocity and acceleration compared with the differentiated position."""
+    """Return a table of measured velocity and acceleration; empty if they are not measured.
+
+    Each is compared with the differentiated position.
+
+    Parameters
+    ----------
+    found : mapping of str to ColumnComparison
+        Comparison by role.
+    """
     rows = [
         (
             role,
@@ -366,7 +415,10 @@ def _motions(found: Mapping[str, ColumnComparison]) -> Document:
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> TableBlock:
-    """Return every check with its figure and threshold, and on request what the figure is."""
+    """Return a table of every check with its figure and threshold.
+
+    `sources` adds a column that states what the figure is and where the threshold comes from.
+    """
     of_what = (TableColumn("figure and source of the threshold", align="left"),) if sources else ()
     return TableBlock(
         columns=(*text_columns(["", "status", "figure", "threshold", "p"]), *of_what),

@@ -74,7 +74,7 @@ def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
 
 
 def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
-    """Return one table for each kind of parameter; `of` is the start of their titles."""
+    """Return one table for each kind of parameter; `of` begins their titles if it is given."""
     # A fit has no filter.
     is_fit = [bool(fitted_output(method)) for method in result.methods]
     without = f" minus the bias of filter and noise{' (not for fits)' * any(is_fit)}"
@@ -89,6 +89,7 @@ def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
 def _estimands(
     result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title: str
 ) -> TableBlock:
+    """Return the table of one kind of parameter: bias, scatter, standard error, coverage."""
     chosen = result.chosen
     others = [
         of
@@ -127,6 +128,7 @@ def _estimands(
 
 
 def _label(of: str) -> str:
+    """Return the name of a covariance in tables."""
     return _LABELS[of] if of in _LABELS else COVARIANCES[of].label
 
 
@@ -140,11 +142,12 @@ def _stated_labels(result: SavedMonteCarlo) -> str:
 
 
 def _number(value: float, digits: int) -> str:
+    """Return a number as text with `digits` digits; a dash for NaN."""
     return "-" if math.isnan(value) else figure_text(value, digits)
 
 
 def mean_cell(mean: Mean) -> QuantityCell:
-    """Return a mean with its Monte-Carlo standard error, rounded to two digits of the latter."""
+    """Return a mean with its Monte-Carlo standard error as a cell, to two digits of the error."""
     if math.isnan(mean.value):
         return QuantityCell("-", "-")
     if not _PLAIN[0] <= mean.error < _PLAIN[1]:
@@ -154,7 +157,7 @@ def mean_cell(mean: Mean) -> QuantityCell:
 
 
 def share_texts(share: Share | None) -> tuple[str, str]:
-    """Return a share in percent and its Wilson interval; dashes if there are no runs."""
+    """Return a share in percent and its Wilson interval as texts; dashes without runs."""
     if share is None or not share.of:
         return "-", "-"
     low, value, high = (100 * each for each in (share.interval[0], share.value, share.interval[1]))
@@ -163,7 +166,10 @@ def share_texts(share: Share | None) -> tuple[str, str]:
 
 
 def study_checks(result: SavedMonteCarlo) -> TableBlock:
-    """Return how often each check fails, except checks that always pass or are not evaluated."""
+    """Return a table of how often each check fails or has a note.
+
+    Checks that pass in every run, or are never evaluated, have no row.
+    """
     beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
     return TableBlock(
         columns=(
@@ -212,7 +218,7 @@ def legend(result: SavedMonteCarlo) -> Paragraph:
 
 
 def findings(result: SavedMonteCarlo) -> Paragraph:
-    """Return the results beyond the Monte-Carlo error, and the share of failed verdicts."""
+    """Return the study's results that exceed the Monte-Carlo error, and the share of failures."""
     share, interval = share_texts(result.objected)
     objected = (
         f"At least one check fails in {share} % ({interval} %) of {result.judged} verdicts on "

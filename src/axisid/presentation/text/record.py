@@ -22,14 +22,14 @@ def rows_text(
     force: Sequence[str],
     motions: Sequence[Sequence[str]],
 ) -> str:
-    """Return how records became the rows of one regression, for the notes of a table.
+    """Return a note on how records became the rows of one regression.
 
     Parameters
     ----------
     samplings : sequence of Sampling
-        Of each record.
+        Filter and used samples of each record.
     used : int
-        Rows of the regression.
+        Number of rows of the regression.
     force : sequence of str
         Source of the force and remarks on it, from `force_told`.
     motions : sequence of sequence of str
@@ -50,7 +50,7 @@ def rows_text(
 
 
 def _dropped(samplings: Sequence[Sampling]) -> str:
-    """Return which samples were dropped at the ends, and the decimation of the others."""
+    """Return a clause on the samples dropped at the ends and on the decimation."""
     kept = [
         "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
         for f in (sampling.filter.settings for sampling in samplings)
@@ -71,7 +71,18 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
 
 
 def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> tuple[str, ...]:
-    """Return the source of the force, then remarks on its timing and on the drive."""
+    """Return the source of the force as text, then remarks on the drive's timing and motor.
+
+    Parameters
+    ----------
+    drive : Drive
+    remark : str
+        Remark on the motor; empty for none.
+    is_gain : bool
+        Whether the force is the gain times the control.
+    measured : bool
+        Whether the record has a column of the force; there are then no remarks.
+    """
     if measured:
         return ("force column",)
     return (
@@ -96,7 +107,7 @@ def _measured_text(motion: Sequence[str]) -> str:
 
 
 def record_facts(record: RecordInfo) -> dict[str, str]:
-    """Return size, columns, assumptions and repairs of a record, for a heading."""
+    """Return size, columns, assumptions and repairs of a record as texts by name."""
     source = record.provenance
     return {
         "record": f"{source.source}, {record.size}",
@@ -107,7 +118,7 @@ def record_facts(record: RecordInfo) -> dict[str, str]:
 
 
 def record_document(record: Record) -> Document:
-    """Return source, assumptions and repairs of a record, and the range of each column."""
+    """Return a record as a document: its facts, and the range of each column in SI units."""
     table = text_table(
         ["", "minimum", "maximum", "range"],
         (
@@ -124,7 +135,9 @@ def records_facts(
     known: Sequence[Mapping[str, tuple[float, float]]] = (),
     units: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, str]:
-    """Return heading facts of records, numbered if there are several; common facts appear once.
+    """Return the facts of records as texts by name, for a heading.
+
+    With several records the names are numbered, except for facts that are the same for all records.
 
     Parameters
     ----------
@@ -153,7 +166,10 @@ def records_facts(
 
 
 def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
-    """Return the records that could not be used, with the reasons."""
+    """Return a text on the records that could not be used, with reasons; empty without any.
+
+    `set_aside` has the reason by record.
+    """
     counted = f"{len(set_aside)} record{'s' * (len(set_aside) > 1)}"
     reasons = (
         f"{n} ({why.removeprefix(f'{Path(n).name}: ').removesuffix('.')})"
@@ -222,7 +238,14 @@ def several_notes(result: SavedIdentification) -> list[str]:
 
 
 def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return a note on each parameter that every record has for itself, with its names."""
+    """Return a note on each declared parameter that has a separate value for each record.
+
+    Parameters
+    ----------
+    local : mapping of str to sequence of str
+        Names of the separate parameters, by declared parameter; empty if a parameter is identified
+        only in products.
+    """
     return [
         f"{', '.join(dict.fromkeys(filter(None, names)))}: {name} of the records, in their order."
         if any(names)
