@@ -33,7 +33,7 @@ from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, BoolArray, ComplexArray, Exact, IntArray
 from axisid.support.errors import UsageError
 
-#: How a lane was identified: batched, separately by `identify`, or not at all.
+#: Ways in which a lane was identified: batched, separately by `identify`, or not at all.
 SIDE_BY_SIDE, ALONE, FAILED = "side by side", "alone", "failed"
 
 

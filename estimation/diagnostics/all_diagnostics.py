@@ -92,8 +92,8 @@ class Diagnosis(RecordDiagnosis):
     preferred : str
         Method whose estimate the checks apply to.
     instruments : InstrumentTests or None
-        Tests of the instruments of `preferred`, or of IDM-IV where `preferred` is output error; None
-        without instruments.
+        Tests of the instruments of `preferred`, or of IDM-IV where `preferred` is output error;
+        None without instruments.
     excitation : tuple of Excitation
         Excitation of each physical parameter.
     bands : mapping of str to mapping of str to JackknifeInterval

@@ -77,7 +77,7 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     Parameters
     ----------
     results : sequence of Identification
-        By cut-off, ascending.
+        One result for each cut-off, ascending.
     """
     free = [each for each in results if _is_free_of_noise(each)]
     # An unknown bias may be large.
@@ -91,9 +91,11 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
 
 
 def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
-    """Return the cut-off whose least-squares estimate changes least to its neighbours, or None.
+    """Return the cut-off whose least-squares estimate changes least to its neighbours, Hz.
 
-    For results without strong instruments.
+    It is for results without strong instruments, ascending by cut-off. The second value is the
+    reason. The cut-off is None if there are too few results, or if the estimate changes much
+    everywhere.
     """
     why = "there are no instruments to compare with"
     if any("idm-iv" in result.estimates for result in results):
@@ -330,14 +332,15 @@ def sweep(
     level: float = DEFAULT_LEVELS.level,
     least_share: float = DEFAULT_LEVELS.least_share,
 ) -> Sweep:
-    """Identify an axis at many cut-off frequencies.
+    """Return the identifications of an axis at many cut-off frequencies, and a recommended one.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
     record : Record or sequence of Record
     cutoffs : sequence of float, optional
-        Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal ratios.
+        Cut-off frequencies, Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal
+        ratios.
     prefilter : Prefilter, optional
         Other settings of the filter; cut-off and decimation are not used.
     methods : sequence of str, optional
@@ -421,7 +424,7 @@ def default_cutoffs(
     rate : float
         Sampling frequency, Hz.
     lowest, highest : float, optional
-        Hz; 0.02 and 0.4 of the sampling frequency by default.
+        Lowest and highest cut-off, Hz; 0.02 and 0.4 of the sampling frequency by default.
     points : int
         Number of cut-offs.
     """

@@ -73,8 +73,9 @@ def validate(
     result : Identification or SavedIdentification
         Result whose estimates are validated.
     record : Record
-        Read for the same axis. It is filtered like the record of the estimates, with the same
-        cut-off frequency in Hz; hold and reversals are chosen again if they were left open.
+        Record that was read for the same axis. It is filtered like the record of the estimates,
+        with the same cut-off frequency in Hz; hold and reversals are chosen again if they were left
+        open.
     like : int, optional
         Number, from 1, of a record of the result whose local parameters (`local`) and known values,
         such as a payload, also apply to this record. Needed if the result has such values.
@@ -339,7 +340,7 @@ def validate_fit(
     result : OutputFit
         Result of `fit`.
     record : Record
-        Read for the same axis.
+        Record that was read for the same axis.
     horizon : float, optional
         Length of the windows of an open loop, s; by default that of the fit. The initial position
         and velocity of each window are fitted to the window.

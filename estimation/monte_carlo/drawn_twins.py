@@ -156,7 +156,7 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
     truth : mapping of str to float
         Values that replace those of the experiment.
     moves : sequence of Move or None
-        Moves in place of the experiment's.
+        Moves that replace those of the experiment; None for those of the experiment.
 
     Raises
     ------

@@ -29,9 +29,10 @@ SETTINGS = "axisid.monte_carlo"
 def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
     """Return the numbers of every run by column, (R,) each.
 
-    ``run``, ``status`` and ``reason``; for every estimand ``idm-iv.M`` (the value), ``.corrected``
-    (minus its bias) and ``.hac.sd``, ``.hac.low``, ``.hac.high`` for each interval; for every check
-    ``check.control law``, its status, empty for a run without a verdict.
+    The columns are ``run``, ``status`` and ``reason``. Each estimand has ``idm-iv.M`` (the value),
+    ``idm-iv.M.corrected`` (minus its bias), and ``idm-iv.M.hac.sd``, ``.low`` and ``.high`` for
+    each kind of interval. Each check has ``check.control law``, its status, which is empty for a
+    run without a verdict.
     """
     columns: dict[str, NDArray[Any]] = {
         "run": result.numbers.runs,

@@ -246,8 +246,9 @@ class StudyFigures(Checked):
     def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
         """Return the figures whose intervals cover the true value too rarely, or too often.
 
-        Both are significant beyond the Monte-Carlo error, with a probability of 5 % for an error in
-        any of the estimands (Bonferroni), for the covariance of the printed intervals.
+        The intervals are those of the printed covariance. The difference from 95 % is significant
+        beyond the Monte-Carlo error; the probability of a wrong result in any of the estimands is
+        5 % (Bonferroni).
 
         Parameters
         ----------

@@ -679,8 +679,8 @@ class RowSpectrum:
     def power_of_disturbances(self, data: FilteredRecord, times: Sequence[float]) -> Array:
         """Return the power by band of disturbances of standard deviation 1, (m, b).
 
-        White noise is passed through the record's filter; autoregressions of a correlation time are
-        made of the filtered rows by their spectrum.
+        White disturbances are passed through the record's filter. The rows of an autoregression are
+        made from those of white noise: their spectrum is multiplied by that of the autoregression.
 
         Parameters
         ----------
@@ -709,8 +709,9 @@ class RowSpectrum:
 def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
     """Return an orthonormal basis of model columns and likely missing terms, (n, r).
 
-    Each column is also multiplied by time, the sign of time, position, speed and direction, as far
-    as there are 4 rows or more per column, so that parameters may vary along the motion.
+    The columns are those of the noise-free record (`quiet`), reduced to the rows of `data`. Each
+    column is also multiplied by time, the sign of time, position, speed and direction, as far as
+    there are 4 rows or more per column, so that parameters may vary along the motion.
     """
     signals = quiet.signals
     time = np.linspace(-1.0, 1.0, len(data))

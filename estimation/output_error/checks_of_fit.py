@@ -152,8 +152,9 @@ class _LargestMove:
 def _moved_most(of: OutputFit) -> _LargestMove | None:
     """Return the parameter that a plausible explanation of the control changes most.
 
-    Changes beyond the interval of a parameter come first. None if no change could be calculated, or
-    no record shows one.
+    Without a plausible explanation, the changes by other gains are used. Changes beyond the
+    interval of a parameter come first. None if no change could be calculated, or no record shows
+    one.
     """
     if isinstance(moves := of.law_moves_by_explanation, Missing):
         return None
@@ -240,7 +241,7 @@ def exact_law_check(of: OutputFit) -> Check | None:
     """
     if not of.law_moves:
         return None
-    # An estimated gain includes the error of the law.
+    # Estimated gains are left out: they include the error of the law.
     counted = (of.physical != 0) & ~of.of_start & ~np.isin(of.names, of.estimated_gains.names)
     sizes = np.where(counted, np.abs(of.physical), np.inf)
     shares = {term: 100 * np.abs(move) / sizes for term, move in of.law_moves.items()}

@@ -19,6 +19,7 @@ from axisid.estimation.simulation import most_substeps, settled_substeps
 from axisid.estimation.unknowns import gains_in, started_at
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError
+from axisid.support.settings import setting
 
 from .output_residuals import OutputResiduals, Stretch, interleaved
 
@@ -46,7 +47,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
     if values is None:
         raise DataError(
             f"{record.provenance.source} has no {name} column, the output of the fit; "
-            f"name it with columns {name}=NAME, or choose another output.",
+            f"name it with {setting('columns', {name: 'NAME'})}, or choose another output.",
             code="missing-column",
         )
     return name, str(unit), np.asarray(values)

@@ -283,7 +283,7 @@ class OutputResiduals(ABC):
         physical : (P,) array
             Parameters at which the derivative by the time is taken.
         time, step : float
-            s
+            Time of the drive of these residuals, and its difference to that of `later`, s.
 
         Raises
         ------

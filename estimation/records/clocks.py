@@ -85,9 +85,11 @@ def share_clock(columns: RoleColumns) -> bool:
 def retimed(
     columns: RoleColumns, period: float | None, *, split: bool, uneven: bool
 ) -> RoleColumns:
-    """Return columns whose common clock counts a given period, or continues after a reset.
+    """Return columns with repaired common times.
 
-    Columns with clocks of their own may have been reset at different times, and are not changed.
+    Times with too few digits are replaced by a count of the given period. Times after a point at
+    which the clock was set back continue. Columns with different times are not changed, as their
+    clocks may have been reset at different times.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ class Repairs:
     def moduli(
         self, axis: Axis | None, scales: Mapping[str, Scale] | None = None
     ) -> dict[str, Modulus]:
-        """Return the moduli by role.
+        """Return the moduli after which columns restart, by role, from the attribute `wrap`.
 
         Parameters
         ----------
@@ -272,9 +272,9 @@ _NAMES = {
 
 
 def started_run(log: Path) -> str:
-    """Return the text of a run.toml for a log: a comment for each key, and for each role.
+    """Return the text of a first run.toml for a log, with a comment for each key and each role.
 
-    All keys are commented out, as the axis may already name the columns.
+    All keys except `log` are commented out, as the axis may already name the columns.
 
     Raises
     ------

@@ -241,6 +241,8 @@ class AdvisedShift(Finding):
 def shift_into_time(role: str, late: float, apart: float) -> AdvisedShift:
     """Return the shift that aligns a late column with the others.
 
+    It is a whole number of samples if the delay is close enough to one; otherwise the delay itself.
+
     Parameters
     ----------
     role : str

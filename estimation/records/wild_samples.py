@@ -281,7 +281,7 @@ class _Course:
         return self._standing_out(self.excursions, order, self._ranges(order))
 
     def _standing_out(self, excursions: Array, order: Places, moves: Array) -> Places:
-        """Return the samples whose excursion is twice the movement of the column without them.
+        """Return the samples whose excursion exceeds twice the movement of the column without them.
 
         The movement is at least two quantisation steps.
 

@@ -406,8 +406,8 @@ _SAME = 1e-9  # eigenvalue of a correlation matrix, relative to the largest, tha
 def wald(difference: Array, covariance: Array) -> tuple[float, int]:
     """Return Wald's statistic ``d' V^-1 d`` of a difference d, (k,), and the rank of V.
 
-    Elements of d with a variance of 0 or infinity are left out, and so are directions of V with
-    eigenvalues of rounding.
+    V is the covariance of d, (k, k). Elements of d with a variance of 0 or infinity are left out,
+    and so are directions of V whose eigenvalues are rounding errors.
     """
     variances = np.diag(covariance)
     is_known = (variances > 0) & np.isfinite(variances)

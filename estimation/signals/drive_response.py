@@ -92,7 +92,8 @@ def lagged_force(
 ) -> Acting:
     """Return the force after delay and lag for held commands of one stretch.
 
-    With the lag T, the force approaches that of the command as ``exp(-t/T)``.
+    With the lag T, the force approaches that of the command as ``exp(-t/T)``. The delay changes the
+    command within a sample, from that of a sample before to that of the next one.
 
     Parameters
     ----------

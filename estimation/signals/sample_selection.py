@@ -292,7 +292,7 @@ def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:
     Parameters
     ----------
     velocity : (N,) array
-        Filtered.
+        Filtered velocity.
     reach : int
         Distance in samples, to both sides, that is near.
     rest : float

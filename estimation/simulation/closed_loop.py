@@ -69,12 +69,12 @@ def simulate(
     resolution: float = 0.0,
     substeps: int | None = None,
 ) -> Simulation:
-    """Simulate the axis under its control law, starting at rest unless a velocity is given.
+    """Return the simulation of an axis under its control law, from rest unless a velocity is given.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-        With a control law.
+        Axis with a control law.
     parameters : (p,) array_like or mapping of str to float
         Physical parameters, SI: in the axis's order, or all of them by name.
     reference : (N,) array_like
@@ -93,7 +93,8 @@ def simulate(
         lag or a delay, the forces of commands that do not act yet, the newest first, and the
         present force. By default as the law declares for an axis at rest.
     position_noise : (N,) array_like, optional
-        Added to the position that the law measures; with two clocks held between samples.
+        Noise that is added to the position that the law measures; held between samples if the law
+        has another period.
     injected : (N,) array_like, optional
         Test signal in the drive's unit, added to the control of the law before the drive's limit
         and the law's delay; held from a sample to the next. Add a test signal at the reference to
@@ -158,7 +159,7 @@ def simulate_loop(
     axis : GeneratedAxis
     parameters : (p,) array
     inputs : LoopInputs
-        At the law's evaluations.
+        Inputs at the law's evaluations.
     substeps : int, optional
         Steps per sample; by default as many as needed.
     budget : StepBudget, optional
@@ -345,7 +346,7 @@ def simulate_batch(
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-        With a control law.
+        Axis with a control law.
     parameters : (B, p) array_like or mapping of str to (B,) array_like
         One row for each lane.
     reference : (N,) or (N, B) array_like
@@ -360,7 +361,7 @@ def simulate_batch(
         State of each drive, as in `simulate`.
     position_noise : (N, B) array_like, optional
     injected : (N,) or (N, B) array_like, optional
-        Added to the control; one signal for all lanes, or one column for each lane.
+        Test signal that is added to the control; one signal for all lanes, or one column for each.
     signals : mapping of str to (N,) or (N, B) array_like, optional
         The recorded signals that the axis declares, as in `simulate`; one signal for all lanes, or
         one column for each lane.
@@ -485,7 +486,7 @@ def _run_in_groups(
     Parameters
     ----------
     out : dict of str to (M, B) array
-        Filled with the signals.
+        Arrays by name, in which the signals are stored.
     axis : GeneratedAxis
     parameters : (B, p) array
     inputs : LoopInputs
@@ -508,13 +509,14 @@ def _run_in_groups(
     well &= counts <= most
     pending = np.flatnonzero(well)
     while pending.size:
-        # Groups of equal steps, so that a lane with many steps does not slow down the others.
+        # Run groups of equal steps, so that a lane with many steps does not slow down the others.
         for count in np.unique(counts[pending]):
             group = pending[counts[pending] == count]
             well[group] = _run_into(out, axis, parameters, inputs, group, int(count), threads)
         if not visited:
             break
         pending = pending[well[pending]]
+        # Repeat lanes whose motion needs more steps.
         motions = {name: out[name] for name in visited}
         needed = np.empty(len(pending), dtype=np.int64)
         for place, lane in enumerate(map(int, pending)):

@@ -94,10 +94,10 @@ def substeps_along(
     axis : GeneratedAxis
     parameters : (p,) array
     visited : dict of str to (n,) array
-        By `visited_signals`. If the velocity changes its sign between two samples, the rates at
-        rest are included, in both directions.
+        Simulated signals by the names of `visited_signals`. If the velocity changes its sign
+        between two samples, the rates at rest are included, in both directions.
     period : float
-        s
+        Sampling period, s.
     recorded : sequence of (N,) array
         The recorded signals, with at least n samples.
 

@@ -37,7 +37,7 @@ class TwoClocks:
     samples : int
         Number of samples of the log.
     log_period, law_period : float
-        s
+        Sampling period of the log, and period of the law, s.
     first : float
         Time of the first evaluation, s from the first sample; 0 or negative.
     between : str
@@ -158,7 +158,7 @@ def at_log_samples(
     axis : GeneratedAxis
     parameters : (p,) array
     signals : dict of str to (M,) array
-        By the names of `SIGNALS`; NaN after an early end of the simulation.
+        Signals by the names of `SIGNALS`; NaN after an early end of the simulation.
     clocks : TwoClocks
     recorded : sequence of (M,) array
         The recorded signals of the axis's declaration, at the evaluations.
@@ -217,9 +217,9 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
     ----------
     axis : GeneratedAxis
     signals : sequence of (N,) or (N, B) array
-        In the order of the axis's declaration.
+        Recorded signals in the order of the axis's declaration.
     period : float
-        s
+        Sampling period of the signals, s.
     """
     if not signals:
         return None
@@ -257,9 +257,9 @@ class LoopInputs:
     start : LoopStart
         One start for all lanes, or a value for each lane.
     noise : (M,) or (M, B) array or None
-        Added to the position that the law measures.
+        Noise that is added to the position that the law measures.
     injected : (M,) or (M, B) array or None
-        Added to the control.
+        Signal that is added to the control.
     signals : tuple of (M,) or (M, B) array
         Recorded signals in the order of the axis's declaration.
     gains : (g,) or (B, g) array or None
@@ -270,7 +270,7 @@ class LoopInputs:
         Times of the evaluations if the law and the log have different periods; the simulated
         signals are returned at the samples of the log.
     log : LoopInputs or None
-        With `clocks`, the inputs at the samples of the log.
+        Inputs at the samples of the log; None without `clocks`.
     """
 
     reference: Array

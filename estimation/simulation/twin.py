@@ -85,7 +85,7 @@ def twin_record(
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-        With a control law and an experiment.
+        Axis with a control law and an experiment.
     position_noise : float, optional
         Standard deviation of the noise on the measured position, inside the loop; the
         experiment's by default.
@@ -97,8 +97,8 @@ def twin_record(
     injected : (N,) array_like, optional
         A test signal, one value for each sample of the experiment.
     injected_at : str, optional
-        Signal that it is added to, ``"control"`` or ``"reference"``; as the axis declares by
-        default.
+        Signal that the test signal is added to, ``"control"`` or ``"reference"``; as the axis
+        declares by default.
     signals : mapping of str to (N,) array_like, optional
         The recorded signals that the axis declares, one value for each sample; those of the
         experiment by default.

@@ -24,6 +24,7 @@ from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array
 from axisid.support.checks import refuse
 from axisid.support.errors import ModelError
+from axisid.support.settings import setting
 
 from .joint_parameters import GAIN, JointForm, drive_gain_of
 
@@ -48,7 +49,7 @@ class ExtendedForm(InverseForm):
     of_model : Form
         Form of the model's parameters.
     axes : tuple of GeneratedAxis
-        By record.
+        Axis of each record.
     drive_gain : tuple of Parameter
         The drive's gain, with the declared value as nominal value.
     gains : tuple of Parameter
@@ -328,7 +329,7 @@ def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
             not (axis.states or _is_multiple(axis)),
             "its equation of motion has a force without parameters, such as that of a rotor's "
             "inertia, which would change with the gain; declare the number as a parameter, and "
-            "give its value for the record: known NAME=VALUE",
+            f"give its value for the record: {setting('known', {'NAME': ('VALUE',)})}",
         ),
         before=f"the drive gain of axis {axis.name!r} cannot be free: ",
         code="free",

@@ -199,7 +199,7 @@ class _Reading(NamedTuple):
         Number of rows of the table among the first lines.
     fit : (float, bool, bool, int)
         Quality of fit, by which dialects are ordered: share of numbers among the cells, True with a
-        header, True if a number uses the decimal mark, and number of columns.
+        header, True for a decimal point or if a number has a decimal comma, and number of columns.
     """
 
     separator: str | None
@@ -252,7 +252,7 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
     """Return the first lines as read with a separator and a decimal mark; None for no table."""
     rows = [(i, split_cells(line, separator)) for i, line in sample]
     numbers = [[is_number(cell, comma=comma) for cell in cells] for _, cells in rows]
-    # Beside a number a time stamp is one too, as in a row of a long table.
+    # In a line with a number, time stamps count as numbers.
     numeric = [
         [of or (any(flags) and is_stamp(cell)) for of, cell in zip(flags, cells, strict=True)]
         for flags, (_, cells) in zip(numbers, rows, strict=True)
@@ -261,17 +261,17 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
         (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
         for (_, cells), flags in zip(rows, numeric, strict=True)
     ]
-    least = 0.5  # of the filled cells of a line are numbers: it is a row of the table
+    least = 0.5  # smallest share of numbers among the filled cells of a row of the table
     tabular = [width for share, width in shares if share >= least]
     if not tabular:
         return None
     width = Counter(tabular).most_common(1)[0][0]
     body = [k for k, (share, w) in enumerate(shares) if share >= least and w == width]
-    # The body begins where such rows follow one another; a lone one above is preamble.
+    # The data begin at two such rows in succession; a single row above is not part of the table.
     begin = next((k for k in body if k + 1 in body), body[0])
     flags = [flag for row in numeric[begin:] for flag in row]
     cells = [c for _, row in rows[begin:] for c in row]
-    # A separator at the end of every row leaves a column that is always empty.
+    # A separator at the end of every row gives an empty last column, which does not count.
     trailing = width > 1 and not any(rows[k][1][-1] for k in body if k >= begin)
     share = sum(flags) / max(sum(1 for c in cells if c), 1)
     above = rows[begin - 1][1] if begin > 0 else []
@@ -279,7 +279,7 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
     named = len(above) in (width, width + 1) and not any(
         is_number(cell, comma=comma) for cell in above
     )
-    # A mark that no number uses says nothing; the point is what is usual.
+    # A decimal comma must occur in a number; a decimal point is assumed.
     used = not comma or any("," in c for c in cells)
     return _Reading(
         separator,

@@ -333,7 +333,7 @@ def _is_of(name: str, unit: str) -> bool:
 
 
 def likely_unit(declared: str, times: float, vague: float) -> str | None:
-    """Return a usual unit of logs in which the numbers of a column may be, by their ratio.
+    """Return the usual unit in which the numbers of a column may be, by their size.
 
     Parameters
     ----------

@@ -37,6 +37,7 @@ class _ListedAxes(Command):
 
 
 def _repeated(args: list[str], option: str) -> Iterator[str]:
+    """Yield arguments with the option repeated before each of the names that follow it."""
     listing = False
     for before, arg in zip(["", *args], args, strict=False):
         if before == option and arg.startswith("-"):

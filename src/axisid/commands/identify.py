@@ -197,7 +197,7 @@ def identify(
 
 
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
-    """Return the number, among the used records, of a record of the command line."""
+    """Return the number, among the records in use, of record `number` of the command line."""
     read = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
     places = [i for i, record in enumerate(used, 1) if record is read]
     if not places:
@@ -238,4 +238,5 @@ def _document(
 
 
 def _say(line: str) -> None:
+    """Print a line on standard error."""
     click.echo(f"axisid: {line}", err=True)

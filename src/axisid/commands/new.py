@@ -88,5 +88,6 @@ def scaffold(name: str, *, newton: bool, toml: bool) -> str:
 
 
 def _check_free(file: Path) -> None:
+    """Refuse a file that exists already."""
     if os.path.lexists(file):
         raise UsageError(f"{file} exists already. Choose another name, or move the file.")

@@ -1,4 +1,4 @@
-"""Many logs, one by one or in parallel; mistakes that concern all of them are refused once."""
+"""Many logs identified one by one or in parallel; a mistake common to all logs is refused once."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -220,9 +220,19 @@ def _work(
     trusted: bool,
     **how: Any,
 ) -> Iterator[FleetRow]:
-    """Yield rows as they are done, each written to the ledger before, after those with new names.
+    """Yield the row of each log when it is done, already written to the ledger.
 
-    The options are `trusted` if a log was done with them before.
+    Parameters
+    ----------
+    settings : Settings
+    todo : sequence of FleetItem
+        Logs to be identified.
+    moved : sequence of FleetRow
+        Rows of earlier results whose log is now named differently, which are written first.
+    trusted : bool
+        Whether a log was identified with these settings before, so that they are not wrong for all.
+    **how
+        Further arguments of `run_jobs`.
     """
     made = run_jobs(
         partial(identify_log, settings), todo, total=len(todo), said="identifying logs", **how
@@ -243,6 +253,7 @@ def _work(
 
 
 def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:
+    """Return the row of a log; a job that failed gives a row with the reason."""
     if not isinstance(made, Failure):
         return made
     return row_for(
@@ -256,10 +267,10 @@ def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:
 def _finished(
     settings: Settings, items: Sequence[FleetItem], ledger: Ledger
 ) -> Iterator[tuple[str, FleetRow]]:
-    """Return rows that were done before with the same log, axis and options, by the items' names.
+    """Yield name and row of each log that was identified before with equal axis and options.
 
     A result counts even if a later try failed, for instance because the log could not be read. A
-    log that was killed or took too long has no key: another time it may succeed.
+    log whose process was killed or took too long has no key, because it may succeed another time.
     """
     for item in items:
         try:
@@ -277,7 +288,7 @@ def _finished(
 
 
 def _is_whole(result: Path) -> bool:
-    """Return whether a result exists as it was written, so that it need not be made again."""
+    """Return whether a result file exists and is unchanged since it was written."""
     try:
         members = msgspec.json.decode(result.read_bytes())
         return isinstance(members, dict) and is_unchanged(members)
@@ -288,10 +299,11 @@ def _is_whole(result: Path) -> bool:
 def checked(
     rows: Iterator[tuple[FleetItem, FleetRow]], total: int, again: Callable[[FleetItem], object]
 ) -> Iterator[FleetRow]:
-    """Yield rows as they are made, unless all fail for a reason in the request.
+    """Yield rows as they are made, unless all logs fail for a reason in the settings.
 
-    The first rows are held back while each fails for the same reason; if one or two bad logs are
-    followed by others, the rows are yielded unchanged.
+    The first rows are held back as long as each fails for the same reason. If other rows follow,
+    all rows are yielded unchanged. If the first 20 rows, or all, fail in this way, the first log is
+    tried again to raise its error.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Logs by name, pattern, folder or manifest, a table of properties of each log."""
+"""Logs of a fleet, named by file, pattern, folder, or a manifest: a table of logs."""
 
 import csv
 import glob
@@ -64,10 +64,10 @@ class FleetItem:
 
 
 def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
-    """Return the items with the names of their results.
+    """Return items with the names of their results.
 
-    The name of a run.toml is not specific, so the name of its log is used instead. The mark depends
-    on a log, its axis and its columns, and is the same in every run.
+    The name is that of the log, also if a run.toml is given. If two are equal, a mark is appended
+    that depends on the log, its axis and its columns, and is the same in every run.
     """
     stems = [Path(item.log).name.partition(".")[0] for item in items]
     names = [
@@ -97,7 +97,10 @@ def _heads_of(file: Path) -> list[str]:
 
 
 def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
-    """Return the items of a manifest, each with its origin; paths are relative to its folder."""
+    """Yield the logs of a manifest, each with a text that names its row.
+
+    Paths in a manifest are relative to its folder.
+    """
     for number, row in enumerate(_rows(file), 1):
         told = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
         conditions = {k: _condition(v) for k, v in told.items() if k not in _OWN}
@@ -126,6 +129,7 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
 
 
 def _rows(file: Path) -> Iterator[Mapping[str | None, Any]]:
+    """Yield the rows of a manifest, by column name."""
     if file.suffix.lower() in _PARQUET:
         yield from _parquet(file).read().to_pylist()
         return
@@ -143,6 +147,7 @@ def _rows(file: Path) -> Iterator[Mapping[str | None, Any]]:
 
 
 def _parquet(file: Path) -> Any:
+    """Return an open Parquet file."""
     return library("pyarrow.parquet", "parquet", file).ParquetFile(file)
 
 
@@ -152,11 +157,12 @@ def _delimiter(line: str) -> str:
 
 
 def _heads(line: str) -> list[str]:
+    """Return the column names in the first line of a table."""
     return [head.strip().strip('"') for head in line.strip().split(_delimiter(line))]
 
 
 def _condition(given: Any) -> Condition | None:
-    """Return a number if the text is one; None if it is not finite, as for an empty cell."""
+    """Return a cell as a number if it is one, otherwise as text; None if it is not finite."""
     try:
         number = float(str(given))
     except ValueError:
@@ -167,7 +173,7 @@ def _condition(given: Any) -> Condition | None:
 def gather_items(
     logs: str | Path | FleetItem | Iterable[str | Path | FleetItem], out: Path
 ) -> list[FleetItem]:
-    """Return items of all named logs, each once, in their order, with names for their results.
+    """Return all named logs, each once, in their order, with names for their results.
 
     A log occurs several times if several axes or columns are given for it, as for a file of two
     machines. If a manifest or an item describes it, its bare path adds nothing.
@@ -227,7 +233,17 @@ def _as_text(told: str | Mapping[str, Condition]) -> str:
 
 
 def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, str]]:
-    """Yield items, each with its origin."""
+    """Yield the logs that one argument names, each with a text that names where it was given.
+
+    Parameters
+    ----------
+    given : object
+        A FleetItem, or a path or pattern.
+    out : Path
+        Folder of the results.
+    place : int
+        Number of the argument, for messages.
+    """
     if isinstance(given, FleetItem):
         yield given, f"item {place}"
         return
@@ -253,7 +269,10 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
 
 
 def _may_be_log(file: Path, out: Path) -> bool:
-    """Return whether a file is not hidden, no result and no table; a broken link may be a log."""
+    """Return whether a file may be a log: not hidden, not a result, not a table of results.
+
+    A broken link may be a log; the reason is reported when it is read.
+    """
     own = out.resolve() == file.parent.resolve() and (
         file.suffix == ".json" or file.stem == "fleet"
     )

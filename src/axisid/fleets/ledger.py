@@ -126,7 +126,9 @@ class FleetRow(
 
 
 def unchecked_of(rows: Iterable[FleetRow], of: str = "") -> tuple[Check, ...]:
-    """Return the checks that could not be made in some rows, each once, with the rows' names.
+    """Return the checks that could not be made in some rows, each once.
+
+    Its sentence names the rows.
 
     Parameters
     ----------
@@ -154,18 +156,18 @@ def fleet_value(value: Value) -> FleetValue:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ledger:
-    """The rows of a folder's ledger, by name in the order of their lines.
+    """The rows of a folder's ledger, by the name of the result.
 
     Attributes
     ----------
     last : mapping of str to FleetRow
         The last row of each name.
     results : mapping of str to FleetRow
-        The last row with a result of each name: the row of the result file. If a later try failed,
-        it is in `last`.
+        The last row of each name that has a result, which belongs to the result file. If a later
+        identification failed, that row is in `last`.
     broken : str
-        Number of lines that are not JSON, and their places; empty if none. A line may have been cut
-        off when its run ended.
+        Text on lines that are not JSON, with their numbers; empty without any. A line may have been
+        cut off when its run ended.
     """
 
     last: Mapping[str, FleetRow]
@@ -174,7 +176,7 @@ class Ledger:
 
 
 def read_ledger(folder: Path) -> Ledger:
-    """Read the ledger of a folder; without a file it has no rows.
+    """Return the ledger of a folder; without a file it has no rows.
 
     Raises
     ------
@@ -216,8 +218,8 @@ def read_ledger(folder: Path) -> Ledger:
 def write_rows(folder: Path, rows: Iterable[FleetRow]) -> None:
     """Append rows to the ledger of a folder: all of them, or none.
 
-    They are handed to the disk when this returns, on separate lines, even after a line that was cut
-    off. Processes that write the same ledger wait for one another.
+    They are on the disk when the function returns, each on its own line, even after a line that was
+    cut off. Processes that write the same ledger wait for one another.
 
     Raises
     ------
@@ -236,6 +238,7 @@ def write_rows(folder: Path, rows: Iterable[FleetRow]) -> None:
 
 
 def _append(place: Path, lines: bytes) -> None:
+    """Append lines to a file; if this fails, the file keeps its former content."""
     if not place.exists():
         replace_file(place, lines)
         return
@@ -252,7 +255,7 @@ def _append(place: Path, lines: bytes) -> None:
 
 @contextmanager
 def _locked(place: Path) -> Iterator[None]:
-    """Keep other processes from writing a file; not where the file system has no locks.
+    """Keep other processes from writing a file, if the file system has locks.
 
     Raises
     ------

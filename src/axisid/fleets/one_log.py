@@ -25,7 +25,7 @@ from .ledger import FleetRow, fleet_value
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """Settings that all logs share; small, because every job carries them.
+    """Settings that all logs of a fleet share; small, because every job carries them.
 
     Attributes
     ----------
@@ -36,15 +36,19 @@ class Settings:
     fixed : mapping of str to value
         Known values, in the form of `fix`.
     left_out : tuple of str
+        Parameters that are not identified.
     drive_time : str
         The drive's time that is estimated, ``lag`` or ``delay``; empty for none.
     native : bool
+        Whether compiled code may run.
     reading : mapping of str to value
         Arguments of `read_record`.
     prefilter : Prefilter or None
+        Filter; None for the default of each log.
     identifying : mapping of str to value
         Further arguments of `identify`.
     draws : int
+        Number of draws from the distribution of each estimate, for the result file.
     """
 
     folder: str
@@ -59,7 +63,7 @@ class Settings:
     draws: int = 0
 
     def key(self, item: FleetItem, log: str) -> str:
-        """Return a hash of everything that the result of an item depends on.
+        """Return a hash of everything on which the result of a log depends.
 
         Parameters
         ----------
@@ -86,12 +90,14 @@ class Settings:
         return {**self.reading, **({"columns": item.columns} if item.columns else {})}
 
     def built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
-        """Return the axis of an item, built once per process, and a digest of its declaration.
+        """Return the axis of a log, built once per process, and a digest of its declaration.
 
         Raises
         ------
         ModelError, UsageError
-            There is no axis, or it cannot be built.
+            No axis is named, or it cannot be built.
+        DataError
+            No axis is named and the log does not exist.
         """
         axis = item.axis or self.axis
         if not axis and not Path(item.log).exists():  # most often a mistyped name in a manifest
@@ -126,7 +132,7 @@ _MOST_BUILT = 32
 
 
 def _mark(name: str) -> str:
-    """Return the name of an axis with the bytes of its file, which may change meanwhile."""
+    """Return the name of an axis and a digest of its file, which may change during a run."""
     file, _ = axis_file(name)
     if file.suffix not in (".py", ".toml"):
         return name  # an axis of the library
@@ -137,16 +143,19 @@ def _mark(name: str) -> str:
 
 
 def _canonical(axis: Axis) -> str:
-    """Return all that an axis declares, including gains and nominal values, unlike a signature."""
+    """Return everything that an axis declares as text, including gains and nominal values."""
     return repr([(each.name, getattr(axis, each.name)) for each in fields(axis)])
 
 
 def _digest(text: str) -> str:
+    """Return the SHA-256 of a text."""
     return hashlib.sha256(text.encode(errors="replace")).hexdigest()
 
 
 def log_digest(log: Path) -> str:
-    """Return the hash of a log's bytes; of all files of a folder; of a run.toml and its log.
+    """Return the hash of the bytes of a log.
+
+    For a folder these are all its files, for a run.toml the file and its log.
 
     Raises
     ------
@@ -160,7 +169,7 @@ def log_digest(log: Path) -> str:
 
 
 def row_for(item: FleetItem, **what: Any) -> FleetRow:
-    """Return a row of an item."""
+    """Return the row of a log with further members, such as its status."""
     return FleetRow(**{**{name: getattr(item, name) for name in FleetItem.__slots__}, **what})
 
 

@@ -1,6 +1,6 @@
-"""Result of a fleet: verdicts, usual values, axes that stand out, failures.
+"""Result of a fleet: verdicts, statistics of the parameters, logs that stand out, failures.
 
-An axis stands out if its parameters differ from those of the others by more than their standard
+A log stands out if its parameters differ from those of the others by more than their standard
 errors explain. The table of a fleet has a row for each log, as Parquet, CSV or NumPy arrays.
 """
 
@@ -70,7 +70,7 @@ class Outlier:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisGroup:
-    """Logs of one axis, with the same parameters.
+    """Logs of one axis with the same parameters.
 
     Attributes
     ----------
@@ -84,8 +84,10 @@ class AxisGroup:
     untold : int
         Number of logs that are not compared, because no serial number names their machine.
     usual : RandomEffects or Missing
+        Centre and scatter of the parameters of machines that do not stand out; Missing, with the
+        reason, if they cannot be estimated.
     outliers : tuple of Outlier
-        The furthest first.
+        Logs that stand out, the furthest first.
     """
 
     axis: str
@@ -99,7 +101,7 @@ class AxisGroup:
 
 
 def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
-    """Return the comparable rows with a result, by axis and parameters."""
+    """Return rows with a comparable result in groups of the same axis and parameters."""
     found = grouped(
         ((row.axis, tuple(row.parameters)), row)
         for row in rows
@@ -127,9 +129,9 @@ def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
 def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
     """Return the logs of each machine, if serial numbers name several; otherwise each log alone.
 
-    Logs of one machine share its deviation from the others: if they counted as separate machines,
-    the others would stand out. So a log without a serial number is excluded if other machines have
-    several logs. If all logs are of one machine, they are compared with one another.
+    Logs of one machine share its deviation from the others. If they counted as separate machines,
+    the other machines would stand out. A log without a serial number is therefore excluded if other
+    machines have several logs. If all logs are of one machine, they are compared with one another.
     """
     found = grouped((row.serial, row) for row in rows)
     told = [each for serial, each in found.items() if serial]
@@ -139,6 +141,10 @@ def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
 def _judged(
     names: Sequence[str], machines: Sequence[Sequence[FleetRow]]
 ) -> tuple[RandomEffects | Missing, tuple[Outlier, ...]]:
+    """Return the random effects of the machines' parameters, and the logs that stand out.
+
+    Without enough machines the effects are Missing, with the reason.
+    """
     values = np.array(
         [np.mean([[v.value for v in r.parameters.values()] for r in each], 0) for each in machines]
     )
@@ -176,7 +182,7 @@ def _judged(
 
 
 def _is_spread(values: Array) -> bool:
-    """Return whether the values scatter in as many dimensions as there are parameters."""
+    """Return whether values, (n, p), scatter in all p dimensions."""
     spread = spread_of(values)
     if not spread.size or not spread.all():
         return False
@@ -202,12 +208,12 @@ _BELIEFS: tuple[Belief, ...] = ("believed", "with care", "not believed")
 
 
 def _listed(lines: Sequence[str], title: str, most: int) -> Block:
-    """Return the first of some lines, and the number of further ones."""
+    """Return a paragraph of the first lines, and the number of further ones."""
     return paragraph(*lines[:most], *_more(len(lines), most), title=title)
 
 
 def _counted(found: Iterable[str], kinds: Iterable[str]) -> str:
-    """Return the number of each kind, without kinds that do not occur."""
+    """Return a text with the number of each kind that occurs."""
     count = Counter(found)
     return ", ".join(f"{count[kind]} {kind}" for kind in kinds if count[kind])
 
@@ -217,7 +223,10 @@ def _logs(count: int) -> str:
 
 
 def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
-    """Return each parameter over the logs (middle, scatter, sd of one estimate), and outliers."""
+    """Return the table of a group's parameters, and its logs that stand out.
+
+    The table has the centre, the scatter between logs and the standard error of one estimate.
+    """
     values = np.array([[v.value for v in row.parameters.values()] for row in group.rows])
     own = np.array([[v.sd for v in row.parameters.values()] for row in group.rows])
     middles, between = np.median(values, axis=0), [""] * len(group.names)
@@ -261,22 +270,23 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
 
 
 def _more(count: int, shown: int = _MOST_SHOWN) -> tuple[str, ...]:
+    """Return a sentence on the rows that a table does not show; empty if it shows all."""
     left = count - shown
     return (f"and {left} more, listed in the table of the fleet.",) if left > 0 else ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fleet(Checked, Shown):
-    """Results of the logs of a fleet.
+    """Results of all logs of a fleet.
 
     Attributes
     ----------
     folder : str
         Folder of the results.
     rows : tuple of FleetRow
-        In the order in which the logs were named.
+        One for each log, in the order in which the logs were named.
     notes : tuple of str
-        Notes on the folder: lines that cannot be read.
+        Notes on the folder, such as lines of the ledger that cannot be read.
     """
 
     folder: str
@@ -313,7 +323,7 @@ class Fleet(Checked, Shown):
 
     @cached_property
     def groups(self) -> tuple[AxisGroup, ...]:
-        """Return the logs with a result by axis, with the usual values among them."""
+        """Return the logs with a result in groups of the same axis and parameters."""
         return groups_of(self.rows)
 
     @property
@@ -342,7 +352,7 @@ class Fleet(Checked, Shown):
         )
 
     def document(self) -> Document:
-        """Return the document: verdicts, usual values and outlying logs, doubts, failures."""
+        """Return the fleet as a document: verdicts, parameters, logs that stand out, failures."""
         # "ok" does not yet show the quality of a result.
         told = {"ok": "identified", "skipped": "kept from before", "failed": "without a result"}
         spent = [row.seconds for row in self if row.status == "ok"]
@@ -389,13 +399,13 @@ class Fleet(Checked, Shown):
         return tuple(blocks)
 
     def write(self, file: str | Path | None = None) -> Path:
-        """Write the table of all logs, a row for each.
+        """Write the table with a row for each log, and return the file.
 
         Parameters
         ----------
         file : str or Path, optional
-            Ends in ``.parquet``, ``.csv`` or ``.npz``; by default ``fleet.parquet`` in the folder
-            of the results, or ``fleet.csv`` where pyarrow is not installed.
+            Its ending is ``.parquet``, ``.csv`` or ``.npz``; by default ``fleet.parquet`` in the
+            folder of the results, or ``fleet.csv`` if pyarrow is not installed.
 
         Returns
         -------
@@ -405,7 +415,7 @@ class Fleet(Checked, Shown):
         Raises
         ------
         UsageError
-            The ending is another one, or the place cannot be written to.
+            The ending is another one, or the file cannot be written.
         """
         default = Path(self.folder, TABLES[find_spec("pyarrow") is None])
         place = default if file is None else Path(file)

@@ -1,4 +1,4 @@
-"""Robust statistics: outliers among points, their usual values, steps and drifts of a series.
+"""Robust statistics: outliers among points, random effects, steps and drifts of a series.
 
 A series is constant over time, steps, or drifts. Centre and scatter of points are robust, by the
 minimum covariance determinant: the half of the points that is most concentrated [1]_, found by
@@ -27,14 +27,14 @@ _SHORTER = np.sqrt(2.0)  # from one length of stretches to the next
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """A step of a series' level.
+    """A step of the level of a series.
 
     Attributes
     ----------
     place : int
-        Place of the first value on the new level, from 0.
+        Index of the first value on the new level.
     difference, deviation : float
-        Difference of the new level from the one before, and its standard error.
+        New level minus the level before, and its standard error.
     p_value : float
         Probability of an equally large step anywhere in the series, if the order of the values were
         random.
@@ -47,9 +47,9 @@ class Step:
 
 
 def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
-    """Return place and probability of the largest step; too few values have none.
+    """Return the index and the p-value of the largest step; None for fewer than six values.
 
-    It is compared with those of the same values in other orders.
+    It is compared with the largest steps of the same values in random orders.
     """
     if len(values) < 2 * _SHORTEST:
         return None
@@ -62,7 +62,20 @@ def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
 def _places(
     values: Array, variances: Array, level: float, first: int, largest: tuple[int, float]
 ) -> list[tuple[int, float]]:
-    """Return the places of level changes, searched again on both sides of the largest, and p."""
+    """Return index and p-value of each significant step.
+
+    The search is repeated on both sides of the largest step.
+
+    Parameters
+    ----------
+    values, variances : (n,) array
+    level : float
+        Significance level.
+    first : int
+        Index in the whole series of the first value.
+    largest : (int, float)
+        Index and p-value of the largest step.
+    """
     place, p_value = largest
     changes = [(first + place, p_value)]
     for begin, side in ((first, slice(None, place)), (first + place, slice(place, None))):
@@ -73,21 +86,22 @@ def _places(
 
 
 def _orders(count: int) -> NDArray[np.intp]:
-    """Return the given order of values, and other possible orders, (k, n)."""
+    """Return orders of values as indices, (k, n): the given one first, then random ones."""
     given = np.arange(count)
     rng = np.random.default_rng(_SEED)
     return np.vstack([given, rng.permuted(np.tile(given, (_ORDERS, 1)), axis=1)])
 
 
 def _total_variances(values: Array, variances: Array) -> Array:
-    """Return the variance of each value about one level: its own plus the scatter."""
+    """Return the variance of each value about a common level: its own plus the scatter."""
     return variances + max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
 
 
 def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Return the largest squared step of each series, (s, n), in standard errors, and its place.
+    """Return the largest squared step of each series, in standard errors, and its index.
 
-    It is searched in stretches of many lengths, so that a step back does not hide it [1]_.
+    The series are the rows of `values`, (s, n). The step is searched in stretches of many lengths,
+    so that a step back does not hide it [1]_.
 
     .. [1] S. Kovacs, P. Buehlmann, H. Li, A. Munk, "Seeded binary segmentation: a general
        methodology for fast and optimal changepoint detection", Biometrika 110 (1), 2023.
@@ -117,7 +131,7 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
 def _step(
     values: Array, variances: Array, first: int, place: int, last: int, p_value: float
 ) -> Step:
-    """Return the step between two levels."""
+    """Return the step between the level from `first` to `place` and that from there to `last`."""
     parts = (slice(first, place), slice(place, last))
     weights = [1 / _total_variances(values[part], variances[part]) for part in parts]
     before, after = (
@@ -134,7 +148,7 @@ def _step(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drift(Exact):
-    """A level that changes continuously.
+    """A level of a series that changes linearly with the place.
 
     Attributes
     ----------
@@ -203,13 +217,16 @@ def change_in(
 
 
 def _straight(places: Array) -> Array:
-    """Return the columns of a line, (n, 2)."""
+    """Return the regressor of a line over the places, (n, 2)."""
     centred = places - places.mean()
     return np.column_stack([np.ones(len(places)), centred / np.ptp(centred)])
 
 
 def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
-    """Return the line through values, its slope tested against other orders; None for a point."""
+    """Return the line through values with its slope tested; None if all places are equal.
+
+    The slope is compared with those of the same values in random orders.
+    """
     reach = float(np.ptp(places))
     if reach * LARGEST < 1:
         return None
@@ -235,21 +252,30 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
 
 
 def _fitted(values: Array, variances: Array, columns: Array) -> tuple[Array, Array]:
-    """Return coefficients and their covariance by weighted least squares."""
+    """Return the coefficients of a weighted least-squares fit and their covariance."""
     weighted = columns / variances[:, None]
     covariance = np.asarray(np.linalg.inv(columns.T @ weighted), dtype=float)
     return covariance @ (weighted.T @ values), covariance
 
 
 def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> float:
-    """Return Schwarz's criterion of a level by columns, at the most likely scatter."""
+    """Return Schwarz's information criterion of a model at its most likely scatter.
+
+    Parameters
+    ----------
+    values, variances : (n,) array
+    columns : (n, k) array
+        Regressor of the model.
+    chosen : int
+        Number of further quantities that were chosen, such as the places of steps.
+    """
     between = _between(values, variances, columns)
     penalty: float = (columns.shape[1] + chosen + 1) * np.log(len(values))
     return _misfit(between, values, variances, columns) + penalty
 
 
 def _between(values: Array, variances: Array, columns: Array) -> float:
-    """Return the most likely scatter between true values, as a variance."""
+    """Return the most likely variance between the true values, about a model."""
     from scipy.optimize import minimize_scalar
 
     most = float(np.var(values)) or 1.0
@@ -262,7 +288,10 @@ def _between(values: Array, variances: Array, columns: Array) -> float:
 
 
 def _misfit(between: float, values: Array, variances: Array, columns: Array) -> float:
-    """Return twice the negative log-likelihood, without its constant part."""
+    """Return twice the negative log-likelihood of a model, without its constant part.
+
+    `between` is the variance between true values.
+    """
     each = variances + between
     coefficients, _ = _fitted(values, each, columns)
     return float(np.sum(np.log(each) + (values - columns @ coefficients) ** 2 / each))
@@ -273,7 +302,8 @@ _SEED = 0  # fixed, so that equal points or series give equal numbers
 _FLAT_TRACE = 1e-12  # of a scatter's trace, added so that points in a plane remain solvable
 #: Values beyond it are not compared: products of a few such numbers overflow.
 LARGEST = 1e100
-#: Quantile of the distances within which no point is an outlier, and the number beyond it of many.
+#: Quantile of the distances within which no point is an outlier, and the number of points beyond it
+#: that are tested if there are many.
 _NEAR, _LOOKED_AT = 0.9, 20
 _FIRST = 0.8  # part of the level for the furthest point; the others share the rest as 1, 1/4, 1/9
 _FLAT = 1e-9  # of the estimates' variances, added so that equal values remain solvable
@@ -296,7 +326,9 @@ def squared_distances(points: Array, centre: Array, covariance: Array) -> Array:
 def robust_scatter(points: Array) -> tuple[Array, Array]:
     """Return centre, (p,), and covariance, (p, p), of the majority of similar points.
 
-    The covariance is scaled so that the median of the distances is that of normal points.
+    The minimum covariance determinant is searched: random small subsets are concentrated, the best
+    are concentrated further on all points, and the covariance is scaled so that the median of the
+    distances is that of normally distributed points.
 
     Parameters
     ----------
@@ -328,13 +360,29 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
 
 
 def spread_of(points: Array) -> Array:
-    """Return the median deviation of each dimension of points, (n, p), to remove units."""
+    """Return the median absolute deviation, (p,), of each dimension of points, (n, p).
+
+    A dimension with the deviation 0 has its standard deviation instead.
+    """
     deviation = np.median(np.abs(points - np.median(points, axis=0)), axis=0)
     return np.asarray(np.where(deviation > 0, deviation, np.std(points, axis=0)))
 
 
 def _concentrated(points: Array, chosen: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return the halves, (s, h), closest to chosen points, (s, m, p), and their determinants."""
+    """Return the halves of the points closest to subsets, and the determinants of their covariance.
+
+    Parameters
+    ----------
+    points : array, (n, p)
+    chosen : array, (s, m, p)
+        s subsets of m points.
+
+    Returns
+    -------
+    array, (s, h)
+        Indices of the h closest points.
+    array, (s,)
+    """
     centre, covariance = _moments(chosen)
     distances = squared_distances(points, centre, covariance)
     half = (sum(points.shape) + 1) // 2
@@ -359,7 +407,8 @@ class RandomEffects(Exact):
     ----------
     centre : array, (p,)
     between : array, (p, p)
-        Scatter of the true values, without the part explained by the estimates' standard errors.
+        Covariance of the true values: the scatter that the estimates' standard errors do not
+        explain.
     count : int
         Number of points used.
     """
@@ -369,25 +418,28 @@ class RandomEffects(Exact):
     count: int
 
     def distances(self, values: Array, covariances: Array) -> Array:
-        """Return squared distances, (n,), each by the scatter and the point's own covariance."""
+        """Return the squared distance of each point from the centre, (n,).
+
+        Each is relative to the scatter plus the point's own covariance.
+        """
         centres = np.broadcast_to(self.centre, values.shape)
         return squared_distances(values[:, None, :], centres, self.between + covariances)[:, 0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DetectedOutliers(Exact):
-    """Similar points, and the outliers.
+    """Outliers among points, and the random effects of the other points.
 
     Attributes
     ----------
     usual : RandomEffects
-        Random effects of the similar points.
+        Random effects of the points that are not outliers.
     far : tuple of int
-        Places of the outliers, the furthest first.
+        Indices of the outliers, the furthest first.
     distances : array, (n,)
         Squared distances of all points.
     p_values : array, (n,)
-        Probability of an equal or larger distance for a point like the similar ones.
+        Probability of an equal or larger distance for a point that is not an outlier.
     """
 
     usual: RandomEffects
@@ -397,7 +449,10 @@ class DetectedOutliers(Exact):
 
 
 def detect_outliers(values: Array, covariances: Array, level: float) -> DetectedOutliers:
-    """Detect points that differ from the others.
+    """Return the points that differ from the others by more than chance.
+
+    Robust distances order the points, the furthest are tested one after the other, and the
+    remaining points give the random effects.
 
     Parameters
     ----------
@@ -428,11 +483,11 @@ def detect_outliers(values: Array, covariances: Array, level: float) -> Detected
 
 
 def _outlying(values: Array, covariances: Array, most: int, level: float) -> int:
-    """Return the number of outliers among the first points, furthest first, at most `most`.
+    """Return the number of outliers among the first points, at most `most`.
 
-    Each point is compared with all that follow it. The last one that is too far for the furthest of
-    that number is an outlier together with all before it, so that several close outliers do not
-    hide one another [1]_.
+    The points are ordered, the furthest first. Each is compared with all that follow it. The last
+    point that is significantly far is an outlier together with all before it, so that several close
+    outliers do not hide one another [1]_.
 
     .. [1] C. Caroni, P. Prescott, "Sequential application of Wilks's multivariate outlier test",
        Applied Statistics 41 (2), 1992.
@@ -450,12 +505,15 @@ def _outlying(values: Array, covariances: Array, most: int, level: float) -> int
 
 
 def _effects_of(values: Array, covariances: Array) -> RandomEffects:
-    """Return the random effects of similar points."""
+    """Return the random effects of points without outliers."""
     return _random_effects(values.mean(axis=0), np.atleast_2d(np.cov(values.T)), covariances)
 
 
 def _random_effects(centre: Array, scatter: Array, covariances: Array) -> RandomEffects:
-    """Return the scatter of the points minus that of their estimates; 0 if that explains it."""
+    """Return random effects: the scatter of the points minus that of their standard errors.
+
+    In directions in which the standard errors explain the scatter, it is 0.
+    """
     within = np.median(covariances, axis=0)  # median: uncertain points do not count
     # Both in units of the scatter, so that no parameter's unit decides which value is too small.
     root = np.linalg.cholesky(scatter + _FLAT * np.diag(np.diag(within)))
@@ -470,19 +528,27 @@ def _random_effects(centre: Array, scatter: Array, covariances: Array) -> Random
 
 
 def prediction_p_value(distance: Any, count: int, size: int) -> Any:
-    """Return the probability of an equal or larger squared distance from other points' statistics.
+    """Return the probability that a further point is equally far or further.
 
     Parameters
     ----------
     distance : float or array
+        Squared distance of the point from the centre of other points, relative to their covariance.
     count, size : int
-        Number of other points, and of their dimensions.
+        Number of other points, and of dimensions.
     """
     scaled = distance * count * (count - size) / ((count + 1) * (count - 1) * size)
     return fdtrc(size, count - size, scaled)
 
 
 def prediction_limit(probability: float, count: int, size: int) -> float:
-    """Return the squared distance that has a probability by `prediction_p_value`."""
+    """Return the squared distance that a further point exceeds with a given probability.
+
+    Parameters
+    ----------
+    probability : float
+    count, size : int
+        Number of other points, and of dimensions.
+    """
     scaled = float(fdtri(size, count - size, 1 - probability))
     return scaled * (count + 1) * (count - 1) * size / (count * (count - size))

@@ -23,7 +23,7 @@ _ROUNDING = 1e-12  # of the values: scatter due to arithmetic alone
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits(Exact):
-    """Control limits of a parameter that does not change.
+    """Control limits of a parameter that does not change, or drifts.
 
     Attributes
     ----------
@@ -44,20 +44,22 @@ class Limits(Exact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chart(Exact):
-    """A parameter over the results of a series.
+    """Control chart of one parameter over the n results of a series.
 
     Attributes
     ----------
     parameter, unit : str
     values, deviations : array, (n,)
+        Values and their standard errors.
     low, high : array, (n,)
         95 % intervals.
     limits : Limits or Missing
+        Control limits; Missing, with the reason, if there are too few results.
     beyond : tuple of int
-        Places of the results beyond their limits, from 0.
+        Indices of the results beyond their limits.
     steps : tuple of Step
     drift : Drift or None
-        Drift, instead of steps, if a line describes the results better.
+        Drift, if a line describes the results better than steps; otherwise None.
     """
 
     parameter: str
@@ -73,7 +75,7 @@ class Chart(Exact):
 
     @property
     def has_changed(self) -> bool:
-        """Return whether a step or a drift is reported; a result beyond limits is neither."""
+        """Return whether a step or a drift is reported; results beyond limits do not count."""
         return bool(self.steps) or self.drift is not None
 
 
@@ -84,19 +86,21 @@ def chart_of(
     parameters: int,
     set_aside: Sequence[int] = (),
 ) -> Chart:
-    """Return the chart of a parameter.
+    """Return the control chart of a parameter.
+
+    Steps and a drift are searched first. The limits follow from the results before the first step.
 
     Parameters
     ----------
     parameter : str
     points : sequence of FleetRow
-        In their order.
+        Results in their order.
     places : sequence of float
-        Place of each result.
+        Place of each result: its number, or the condition that orders the results.
     parameters : int
-        Number of parameters of the series, which share its level.
+        Number of parameters of the series, which share its significance level.
     set_aside : sequence of int
-        Results, from 0, that are excluded from limits and changes.
+        Indices of results that are excluded from limits and changes.
     """
     estimates = [point.parameters[parameter] for point in points]
     values, deviations = (np.array([getattr(v, n) for v in estimates]) for n in ("value", "sd"))
@@ -130,7 +134,20 @@ def chart_of(
 def _limits(
     values: Array, deviations: Array, line: Array, before: NDArray[np.intp], level: float
 ) -> tuple[Limits | Missing, tuple[int, ...]]:
-    """Return limits for all results about a line, from those that count before the first step."""
+    """Return the control limits of all results, and the indices of the results beyond them.
+
+    The limits are Missing if there are too few results, or all values are equal.
+
+    Parameters
+    ----------
+    values, deviations : (n,) array
+    line : (n,) array
+        Drift of the level at each result; 0 without a drift.
+    before : array of int
+        Indices of the results that give the limits: those before the first step.
+    level : float
+        Significance level.
+    """
     if len(before) < _MIN_SERIES:
         few = "1 result is" if len(before) == 1 else f"{len(before)} results are"
         return Missing(f"{few} too few for limits; at least {_MIN_SERIES} are needed"), ()
@@ -158,21 +175,21 @@ def _limits(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Series(Checked):
-    """Results of one axis and one machine.
+    """Results of one axis and one machine in their order.
 
     Attributes
     ----------
     axis, serial : str
-        Axis and serial number, which is empty if it is not known.
+        Name of the axis, and serial number, which is empty if it is not known.
     points : tuple of FleetRow
-        In their order.
+        The results.
     places : tuple of float
-        Place of each: the condition that orders them (a date as days since 1970), or its number
-        from 1.
+        Place of each result: the condition that orders the results (a date as days since 1970), or
+        its number from 1.
     charts : tuple of Chart
         One for each parameter.
     set_aside : tuple of int
-        Results, from 0, that are excluded from limits and changes.
+        Indices of results that are excluded from limits and changes.
     """
 
     axis: str
@@ -183,7 +200,7 @@ class Series(Checked):
     set_aside: tuple[int, ...] = ()
 
     def origin(self, by: str) -> str:
-        """Return the first of the dates that order the results; empty if they are not dates."""
+        """Return the first date if dates order the results; otherwise an empty text."""
         first = self.points[0].conditions.get(by)
         return first if isinstance(first, str) else ""
 
@@ -224,5 +241,5 @@ class Series(Checked):
 
 
 def notable_first(series: Iterable[Series]) -> list[Series]:
-    """Return series that changed, then those with a result beyond its limits, then the others."""
+    """Return series: first those that changed, then those with a result beyond its limits."""
     return sorted(series, key=lambda each: (not each.has_changed, not each.has_beyond))

@@ -32,7 +32,7 @@ from .robust_statistics import LARGEST
 from .series import Chart, Series, chart_of
 from .trend_document import trend_document, trend_page
 
-#: Returns the ledger of a folder.
+#: Function that returns the ledger of a folder: the table of its logs and results.
 Ledgers: TypeAlias = Callable[[Path], Ledger]
 #: A result of which several over time form a trend.
 Saved: TypeAlias = SavedIdentification | SavedOutputFit
@@ -41,9 +41,18 @@ _DAY = 86_400.0  # s
 
 
 def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
-    """Return a result as a row of a fleet, whatever wrote it, with the fleet's data on its log.
+    """Return a result as a row of a fleet, with what the fleet's ledger knows of its log.
 
-    For a fit it contains the outputs that were fitted, and the free parameters that they show.
+    For a fit the method is the fitted outputs, and the parameters are the free ones that are
+    identified.
+
+    Parameters
+    ----------
+    saved : SavedIdentification or SavedOutputFit
+    row : FleetRow or None
+        Row of the ledger; None without one.
+    method : str or None
+        Method whose estimates are used; None for the judged one.
     """
     if isinstance(saved, SavedOutputFit):
         own = f"{FIT}{saved.output.replace(' and ', ',')}"
@@ -81,7 +90,7 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
 
 
 def place_of(point: FleetRow, by: str) -> float:
-    """Return the condition of a point as a number, or as days since 1970 for a date.
+    """Return the condition of a result as a number; a date as days since 1970.
 
     Raises
     ------
@@ -114,12 +123,19 @@ def place_of(point: FleetRow, by: str) -> float:
 
 
 def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list[str]]:
-    """Return the points of results, in the given order, and notes on omitted ones.
+    """Return results as rows, in the given order, and notes on results that were omitted.
+
+    Parameters
+    ----------
+    results : object
+        Files, folders or loaded results.
+    method : str or None
+        Method whose estimates are used; None for the judged one.
 
     Raises
     ------
     UsageError
-        There is no result, an item is not a result, or a result lacks the method.
+        There is no result, an item is not a result, or a result does not have the method.
     DataError
         A file cannot be read, or is not a result.
     """
@@ -159,6 +175,7 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
 
 
 def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
+    """Yield the results that an argument names: a loaded one, a file, or those of a folder."""
     if isinstance(given, Saved):
         yield given
         return
@@ -182,7 +199,16 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
 
 
 def _notes_on(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
-    """Return notes on the results of a folder without a line, or before a failed try."""
+    """Yield notes on results of a folder that are omitted, or whose log failed later.
+
+    Parameters
+    ----------
+    folder : Path
+    ledger : Ledger
+        Ledger of the folder.
+    named : set of Path
+        Files of results in use.
+    """
     if not ledger.last and ledger.broken:
         yield f"{ledger.broken}: serial numbers and conditions are not known."
     kept = last_results(ledger.results.values())
@@ -210,7 +236,7 @@ def _notes_on(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
 def last_results(rows: Iterable[FleetRow]) -> set[str]:
     """Return the names of the results that are the last of their log, axis and columns.
 
-    A failed try does not change the results before it.
+    A later identification that failed does not replace a result.
     """
     last = {
         (row.log, row.axis, *sorted(row.columns.items())): row for row in rows if row.has_result
@@ -225,7 +251,7 @@ _COLUMNS = (
 
 
 def _csv(series: Sequence[Series]) -> str:
-    """Return a row for each value of each result."""
+    """Return series as CSV, with one row for each value of each result."""
     rows: list[Iterable[object]] = [_COLUMNS]
     for each in series:
         for chart in each.charts:
@@ -250,6 +276,7 @@ def _csv(series: Sequence[Series]) -> str:
 
 
 def _chart_dict(chart: Chart) -> dict[str, object]:
+    """Return one parameter of a series as plain data."""
     limits, drift = chart.limits, chart.drift
     known = None if isinstance(limits, Missing) else limits
     return {
@@ -277,13 +304,13 @@ def _chart_dict(chart: Chart) -> dict[str, object]:
 
 @dataclass(frozen=True, kw_only=True)
 class Trend(Checked, Shown):
-    """Series of results, each of one axis.
+    """Series of results over time, each of one axis and one machine.
 
     Attributes
     ----------
     series : tuple of Series
     by : str
-        The condition that orders them; empty for the order in which they were given.
+        Condition that orders the results; empty for the order in which they were given.
     notes : tuple of str
         Notes on omitted results.
     """
@@ -331,12 +358,13 @@ class Trend(Checked, Shown):
         }
 
     def write(self, file: str | Path) -> Path:
-        """Write the trend, whole or not at all.
+        """Write the trend to a file, completely or not at all, and return the file.
 
         Parameters
         ----------
         file : str or Path
-            Ends in ``.csv`` for a row for each value, ``.html`` for a page with figures, ``.json``.
+            Its ending decides the form: ``.csv`` has a row for each value, ``.html`` is a page with
+            figures, ``.json`` is plain data.
 
         Returns
         -------
@@ -345,7 +373,7 @@ class Trend(Checked, Shown):
         Raises
         ------
         UsageError
-            The ending is another one, or the place cannot be written to.
+            The ending is another one, or the file cannot be written.
         """
         writers = {
             ".csv": lambda: _csv(self.series),
@@ -404,7 +432,13 @@ def trend(
 
 
 def _series(points: list[FleetRow], by: str | None, *, count_failing: bool) -> Series:
-    """Return the results of one axis and machine in order; several units cannot share a chart."""
+    """Return the results of one axis and machine in order, with limits and changes.
+
+    Raises
+    ------
+    DataError
+        A parameter has different units in the results.
+    """
     first = points[0]
     for point in points:
         for name, value in point.parameters.items():

@@ -60,7 +60,10 @@ $figures
 
 
 def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ()) -> Document:
-    """Return a table of all series, then each with its limits and changes, the notable first."""
+    """Return a trend as a document: a table of all series, then each series.
+
+    Series with a change come first. Each has a table of limits, and sentences on its changes.
+    """
     listed = notable_first(series)
     notable = sum(each.has_changed or each.has_beyond for each in listed)
     changed = sum(each.has_changed for each in series)
@@ -94,6 +97,7 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
 
 
 def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
+    """Return the table of a series' parameters and limits, and sentences on changes and doubts."""
     points = series.points
     without = grouped(
         (chart.limits.reason, chart.parameter)
@@ -158,6 +162,7 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
 
 
 def _row(chart: Chart) -> tuple[Cell, ...]:
+    """Return the table row of one parameter: centre, scatter, and limits of the last result."""
     own = f"{chart.deviations[-1]:.3g}"
     if isinstance(chart.limits, Missing):
         return chart.parameter, chart.unit, f"{np.median(chart.values):.6g}", "", own, ""
@@ -173,7 +178,10 @@ def _row(chart: Chart) -> tuple[Cell, ...]:
 
 
 def trend_plot(series: Series, by: str) -> Plot:
-    """Return a plot of values with their intervals, the limits as a band, steps as marks."""
+    """Return the figure of a series: values with intervals, limits as a band, steps as marks.
+
+    `by` is the condition that orders the results; empty for their order.
+    """
     steps = {step.place for chart in series.charts for step in chart.steps}
     origin = series.origin(by)
     places = np.array(series.places) - (series.places[0] if origin else 0.0)
@@ -192,11 +200,12 @@ def trend_plot(series: Series, by: str) -> Plot:
 
 
 def _drawn(chart: Chart) -> NDArray[np.bool_]:
-    """Return a mask of the values that an axis of a figure can show."""
+    """Return which values of a parameter a figure can show."""
     return np.asarray(np.all(np.abs([chart.values, chart.low, chart.high]) < LARGEST, axis=0))
 
 
 def _panel(chart: Chart, places: Array) -> Panel:
+    """Return the panel of one parameter; `places` are the values of x."""
     beyond, drawn = np.isin(np.arange(len(places)), chart.beyond), _drawn(chart)
     curves = []
     if not isinstance(chart.limits, Missing):
@@ -231,7 +240,7 @@ def _panel(chart: Chart, places: Array) -> Panel:
 
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
-    """Return a page with a figure of each series, those with a change first."""
+    """Return an HTML page with a document and a figure of each series, changed ones first."""
     from axisid.presentation.matplotlib import draw, rendered
 
     figures = []

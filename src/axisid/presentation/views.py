@@ -278,7 +278,10 @@ def _of_method(
 
 
 def _saved_repeats(saved: SavedIdentification, estimate: SavedEstimate) -> Plot | Missing:
-    """Return the figure of the repeating residual of a saved result; only for the judged estimate."""
+    """Return the figure of the repeating residual of a saved result.
+
+    Missing unless the estimate is the judged one.
+    """
     if estimate is not saved.preferred:
         return Missing("the file contains it only for the judged estimate")
     return repeats_plot(estimate, saved.document.lack_of_fit or None)

@@ -14,10 +14,9 @@ V = TypeVar("V")
 def cached_while_alive(
     function: Callable[Concatenate[S, T, P], V],
 ) -> Callable[Concatenate[S, T, P], V]:
-    """A function that is asked in every iteration, and computed once; kept by its arguments.
+    """Return a function whose values are cached as long as its second argument is alive.
 
-    What it gives is kept as long as the second of them is alive, which is known by its identity;
-    the others have a hash.
+    The second argument is recognised by its identity. The other arguments must have a hash.
     """
     cache = dict[int, dict[tuple[object, ...], V]]()
 

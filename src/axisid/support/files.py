@@ -1,7 +1,7 @@
-"""Files that are read and written: regular ones, whole, unchanged while read, as JSON and CSV.
+"""Files that are read and written: regular ones, complete, unchanged while read, as JSON and CSV.
 
-Every output says in its first or last bytes which command made it: a result by its schema, a page
-and figures by who created them, exported and generated code by its first lines.
+Every output states in its first or last bytes which command made it: a result by its schema, a page
+and figures by their creator, exported and generated code by its first lines.
 """
 
 import csv
@@ -56,21 +56,24 @@ def read_regular(path: Path) -> bytes:
 
 
 def axis_file(name: str) -> tuple[Path, str]:
-    """The file that an axis is named by, and its variable: of ``FILE.py:VARIABLE``, else empty."""
+    """Return the file that an axis argument names, and the variable of ``FILE.py:VARIABLE``.
+
+    The variable is empty if none is named.
+    """
     head, python, variable = name.partition(".py:")
     return Path(f"{head}.py" if python else name), variable
 
 
 def replace_file(path: Path, content: str | bytes) -> None:
-    """Write a file, text as UTF-8, whole or not at all, through a temporary file beside it.
+    """Write a file completely or not at all, through a temporary file in the same folder.
 
-    A link is followed. What is no regular file (a device, a pipe) is written to, not replaced. An
+    Text is written as UTF-8. A link is followed. A device or a pipe is written to, not replaced. An
     existing file keeps its mode; a new one gets the user's default.
 
     Raises
     ------
     OSError
-        The file system refuses; the file is as it was.
+        The file system refuses; the file is unchanged.
     """
     # Names of files may hold bytes that are no text.
     data = content.encode(errors="replace") if isinstance(content, str) else content
@@ -104,7 +107,7 @@ def write_file(path: Path, content: str | bytes) -> Path:
     Raises
     ------
     UsageError
-        The file system refuses; the file is as it was.
+        The file system refuses; the file is unchanged.
     """
     try:
         replace_file(path, content)
@@ -116,17 +119,17 @@ def write_file(path: Path, content: str | bytes) -> Path:
 def write_by_ending(
     path: Path, writers: Mapping[str, Callable[[], str | bytes]], refused: str, code: str
 ) -> Path:
-    """Write what the ending of a file's name asks for as `write_file` does, and return its path.
+    """Write the content that belongs to the ending of a file's name, and return the path.
 
     Parameters
     ----------
     path : Path
     writers : mapping of str to callable
-        What makes the content, by ending.
+        Function that makes the content, by ending.
     refused : str
-        What is said of another ending, before those that there are.
+        Beginning of the message on another ending.
     code : str
-        Of the refusal.
+        Code of that error.
 
     Raises
     ------
@@ -138,17 +141,17 @@ def write_by_ending(
     return write_file(path, writers[path.suffix]())
 
 
-#: What tells a file from the same file at another time: device, number, size and time of change.
+#: Identity of a file at one time: device, number, size and time of change.
 Stamp = tuple[int, int, int, int]
 
 
 def stamps(path: Path) -> dict[Path, Stamp]:
-    """The stamp of a file, or of every file of a folder.
+    """Return the stamp of a file, or of every file of a folder, by path.
 
     Raises
     ------
     OSError
-        It cannot be read.
+        A file cannot be read.
     """
     files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
     return {

@@ -1,9 +1,9 @@
-"""Many jobs on many workers: none of them harms another, and an interrupt ends them all.
+"""Many jobs on many workers: no job harms another, and an interrupt ends them all.
 
-They run on any executor of `concurrent.futures`; on threads, each of which has a process of its
-own, where there is none. A pool of processes of the standard library is broken by one that dies,
-with all that it was to do. Here each process has one job at a time, so it is known which one that
-was.
+They run on any executor of `concurrent.futures`. Without one they run on threads, each of which has
+a worker process of its own. A pool of processes of the standard library breaks when one process
+dies, with all its remaining jobs. Here each process has one job at a time, so that it is known which
+job ended it.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ Item = TypeVar("Item")
 Value = TypeVar("Value")
 
 _PATIENCE = 1.0  # s until a worker that was told to end is killed
-_ATTEMPTS = 2  # how often a job is begun whose worker is killed: it may be innocent once
+_ATTEMPTS = 2  # times that a job is begun if its worker is killed, once possibly for another reason
 _MOST_STILLBORN = 3  # workers in a row that end before they are ready
 _MOST_AHEAD = 1000  # items that an executor is given ahead of those that are done
 
@@ -41,7 +41,7 @@ class Failure:
     Attributes
     ----------
     kind : {"error", "time", "killed"}
-        The function raised, the time limit ended it, or its worker was killed.
+        The function raised an exception, the time limit ended it, or its worker was killed.
     reason : str
         A sentence without its full stop.
     """
@@ -61,32 +61,33 @@ def run_jobs(
     progress: Progress | None = None,
     said: str = "at work",
 ) -> Generator[tuple[int, Value | Failure], None, None]:
-    """Yield the value or failure of a function for each item, as they end, with the item's index.
+    """Yield the index of each item, and the value or failure of a function for it, as they end.
 
     Parameters
     ----------
     function : callable
-        Takes an item; of a module, so that other processes find it.
+        Takes an item; a function of a module, so that other processes can import it.
     items : iterable
     total : int
-        How many there are.
+        Number of items.
     jobs : int
-        Processes, no more than items; 0 for this process itself, which no time limit ends and
-        nothing shields.
+        Number of processes, no more than items; 0 for this process itself, in which no time limit
+        applies and a job may end the program.
     executor : Executor, optional
-        Any of `concurrent.futures` in place of processes, such as a `Client.get_executor()` of
-        Dask. It is not shut down.
+        Any executor of `concurrent.futures` in place of processes, such as a
+        `Client.get_executor()` of Dask. It is not shut down.
     limit : float, optional
-        Seconds for one item; a process that takes longer is killed. An executor has none.
+        Seconds for one item; a process that takes longer is killed. Not applied by an executor.
     progress : callable, optional
+        Called with the number done, the total, and a text.
     said : str
-        What is said to be going on, before the rate and the time that remains.
+        Description of the work, before the rate and the remaining time in that text.
 
     Raises
     ------
     UsageError
-        No process can be started, mostly since a script lacks ``if __name__ == "__main__":``; or
-        the executor is broken, as one of processes is when one of them dies.
+        No process can be started, usually because a script lacks ``if __name__ == "__main__":``; or
+        the executor is broken, as a pool of processes is when one of them dies.
     """
     if executor is not None:
         made = _on_executor(partial(_attempt, function), items, executor)
@@ -103,7 +104,7 @@ def run_jobs(
 
 
 def pace(done: int, total: int, seconds: float) -> str:
-    """Return speed and remaining time: ``4.2 a second, 3 min left``."""
+    """Return speed and remaining time as text: ``4.2 a second, 3 min left``."""
     rate = done / max(seconds, 1e-9)
     left = (total - done) / rate
     far = f"{left / 3600:.1f} h" if left > 7200 else f"{left / 60:.0f} min"
@@ -119,14 +120,25 @@ def _attempt(function: Callable[[Item], Value], item: Item) -> Value | Failure:
 
 
 def _failure_of(error: BaseException) -> Failure:
-    """Return the failure of an exception; Dask has its own one for an item that killed workers."""
+    """Return an exception as a failure; Dask has its own exception for a killed worker."""
     if type(error).__name__ == "KilledWorker":
         return Failure("killed", "its process was killed at every attempt")
     return Failure("error", " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split()))
 
 
 class _Worker:
-    """A process that was started afresh, not forked, and the pipe to it."""
+    """A worker process that was started afresh, not forked, and the pipe to it.
+
+    Parameters
+    ----------
+    function : callable
+        Function that the worker calls for each item it receives.
+
+    Attributes
+    ----------
+    pipe : Connection
+    process : Process
+    """
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
         context = get_context("spawn")
@@ -137,7 +149,10 @@ class _Worker:
         theirs.close()  # so that the pipe ends when the process does
 
     def end(self, patience: float) -> str:
-        """Let it end by itself, or kill it after so many seconds; how it came to its end."""
+        """End the worker, and return how it ended: a signal, an exit code, or empty.
+
+        It is killed if it does not end by itself within `patience` seconds.
+        """
         self.pipe.close()
         self.process.join(patience)
         code = self.process.exitcode
@@ -148,7 +163,7 @@ class _Worker:
 
 
 def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
-    """Run jobs in a worker until the other end closes the pipe."""
+    """Run jobs in a worker process until the program closes the pipe."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     without_arithmetic_warnings()
     with contextlib.suppress(EOFError, OSError):
@@ -164,7 +179,7 @@ def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process when the one that started it is gone, whatever a job does meanwhile."""
+    """End this process when the process that started it has ended, even during a job."""
     parent = parent_process()
     if parent is not None:
         wait([parent.sentinel])
@@ -173,7 +188,7 @@ def _end_with_parent() -> None:
 
 @contextlib.contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Keep Ctrl-C, which a terminal sends to all, from the processes that are started now."""
+    """Keep Ctrl-C, which a terminal sends to all processes, from those started meanwhile."""
     if not hasattr(signal, "pthread_sigmask"):  # on Windows
         yield
         return
@@ -186,7 +201,15 @@ def _without_interrupts() -> Iterator[None]:
 
 
 class _Processes:
-    """A worker for each of several threads; all of them end when nobody asks for outcomes."""
+    """Several threads with one worker process each; all end when no more outcomes are requested.
+
+    Parameters
+    ----------
+    function : callable
+        Function of an item.
+    limit : float or None
+        Seconds for one item; None for no limit.
+    """
 
     def __init__(self, function: Callable[[Any], Any], limit: float | None) -> None:
         self._function, self._limit = function, limit
@@ -195,7 +218,7 @@ class _Processes:
         self._has_ended = False
 
     def outcomes(self, items: Iterable[Any], jobs: int) -> Generator[tuple[int, Any], None, None]:
-        """Yield the outcomes of the items, as they end."""
+        """Yield index and outcome of each item, as they end, from `jobs` workers."""
         threads = ThreadPoolExecutor(jobs)
         try:
             yield from _on_executor(self._outcome, items, threads)
@@ -211,7 +234,10 @@ class _Processes:
                 worker.end(_PATIENCE)
 
     def _outcome(self, item: Any) -> Any:
-        """Return the value of an item from this thread's worker, or its failure."""
+        """Return the value of an item from this thread's worker, or its failure.
+
+        If the worker is killed, the item is tried once more with a new worker.
+        """
         how = ""
         for _ in range(_ATTEMPTS):
             worker = self._workers.get(threading.get_ident()) or self._started()
@@ -227,7 +253,13 @@ class _Processes:
         return Failure("killed", f"its process was killed {_ATTEMPTS} times ({how})")
 
     def _started(self) -> _Worker:
-        """A new worker of this thread, which is ready."""
+        """Return a new worker of this thread that is ready to work.
+
+        Raises
+        ------
+        UsageError
+            Workers end before they are ready.
+        """
         how = ""
         for _ in range(_MOST_STILLBORN):
             with self._starting:
@@ -248,13 +280,17 @@ class _Processes:
         )
 
     def _leave(self, patience: float) -> str:
-        """End this thread's worker; how it came to its end."""
+        """End this thread's worker, and return how it ended."""
         return self._workers.pop(threading.get_ident()).end(patience)
 
 
 def _on_executor(
     work: Callable[[Any], Any], items: Iterable[Any], executor: Executor
 ) -> Generator[tuple[int, Any], None, None]:
+    """Yield index and outcome of each item, as they end, from an executor.
+
+    At most 1000 items are submitted ahead of those that are done.
+    """
     places = enumerate(items)
     pending: dict[Future[Any], int] = {}
     done: SimpleQueue[Future[Any]] = SimpleQueue()

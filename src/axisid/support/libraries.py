@@ -10,7 +10,22 @@ from .errors import AxisidError, DataError
 
 
 def library(name: str, extra: str, file: Path) -> ModuleType:
-    """Import an optional library, or say how to install it."""
+    """Return an optional library, imported; if it is not installed, say how to install it.
+
+    Parameters
+    ----------
+    name : str
+        Module to import.
+    extra : str
+        Extra of axisid that installs it.
+    file : Path
+        The file that needs it, for the message.
+
+    Raises
+    ------
+    DataError
+        It is not installed.
+    """
     from importlib import import_module
 
     try:
@@ -24,7 +39,7 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
 
 
 def one_line(error: Exception) -> str:
-    """A third-party error message on one line, shortened."""
+    """Return the message of a third-party error on one line, shortened to 200 characters."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for the content that it declares"
     plain = "".join(letter if letter.isprintable() else " " for letter in str(error))
@@ -33,9 +48,10 @@ def one_line(error: Exception) -> str:
 
 @contextmanager
 def refusing(damaged: str) -> Iterator[None]:
-    """Refuse what a library cannot read, by its own words after a sentence.
+    """Turn any error of a library that reads a file into a `DataError`.
 
-    Damaged files raise errors of all kinds: of zip, zlib, struct, memory, index and name.
+    The message is `damaged`, a sentence, followed by that of the library. Damaged files raise errors of
+    all kinds: of zip, zlib, struct, memory, index and name.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""A mapping that nobody changes, and that can be copied and pickled; and groups by key."""
+"""An immutable mapping that can be copied and pickled, and values grouped by key."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
@@ -35,7 +35,7 @@ class FrozenMapping(Mapping[_Key, _Value_co]):
 
 
 def grouped(pairs: Iterable[tuple[_Key, _Value]]) -> dict[_Key, list[_Value]]:
-    """Return the values of each key, in the order of the pairs."""
+    """Return the values of each key as a list, in the order of the pairs."""
     found: dict[_Key, list[_Value]] = {}
     for key, value in pairs:
         found.setdefault(key, []).append(value)

@@ -1,6 +1,6 @@
 """Placeholders, with the reason, for quantities that are not known.
 
-This is imported without NumPy.
+This module is imported without NumPy.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,8 @@ class Missing:
     Attributes
     ----------
     reason : str
-        Why, as the end of a sentence, and what can be done: ``"the axis declares no control law"``.
+        The reason as the end of a sentence, and what can be done about it: ``"the axis declares no
+        control law"``.
     """
 
     reason: str
@@ -37,12 +38,14 @@ class Missing:
 def unless_missing(
     make: Callable[Concatenate[Found, Further], Made],
 ) -> Callable[Concatenate[Found | Missing, Further], Made | Missing]:
-    """Decorate a function so that it passes on a missing first argument with its reason.
+    """Return a function that returns a missing first argument unchanged.
+
+    With any other first argument it calls the decorated function.
 
     Parameters
     ----------
     make : callable
-        Its first parameter, by place, is what was found.
+        The decorated function, called with what was found as its first argument.
     """
 
     @wraps(make)

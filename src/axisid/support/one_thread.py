@@ -1,6 +1,6 @@
-"""Keep numerical libraries from using their own threads and from arithmetic warnings.
+"""Keep numerical libraries to one thread, and without warnings about arithmetic.
 
-Matrices here are tall and thin, and more threads only wait.
+Matrices here are tall and thin, for which several threads only wait for each other.
 """
 
 import contextlib
@@ -21,7 +21,9 @@ _COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_N
 
 
 def one_thread() -> list[str]:
-    """Have linear algebra in one thread where the user says nothing; NumPy reads it when imported.
+    """Set linear algebra to one thread, unless the environment states a number of threads.
+
+    NumPy reads the setting when it is imported.
 
     Returns
     -------
@@ -35,7 +37,10 @@ def one_thread() -> list[str]:
 
 @contextlib.contextmanager
 def started_with_one_thread() -> Iterator[None]:
-    """Have it in one thread in the processes that are started now, and here as it was."""
+    """Set linear algebra to one thread in the processes that are started meanwhile.
+
+    Afterwards the environment of this process is as before.
+    """
     added = one_thread()
     try:
         yield
@@ -46,22 +51,23 @@ def started_with_one_thread() -> Iterator[None]:
 
 @functools.lru_cache(maxsize=1)
 def _blas_libraries() -> "ThreadpoolController":
-    """Find the linear algebra of NumPy and SciPy, each of which has its own."""
+    """Return the controller of the linear algebra libraries of NumPy and SciPy, found once."""
     import scipy.linalg  # noqa: F401
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
 
-#: Held by the thread of the program that has set the number, which is the whole process's.
+#: Lock held by the thread that has set the number of threads, which applies to the whole process.
 _LIMIT_LOCK = threading.RLock()
 
 
 def in_one_thread(function: Callable[Given, Found]) -> Callable[Given, Found]:
-    """Run a function with linear algebra in one thread, unless the environment says how many.
+    """Return a function that runs with linear algebra in one thread.
 
-    Threads that wait for each other cost more than they save on tall and thin matrices: 300 QR
-    factorisations of 3000 x 12 took 0.7 s in one thread and 80 s in two on a busy machine.
+    A number of threads that the environment states is kept. Threads that wait for each other cost more
+    than they save on tall and thin matrices: 300 QR factorisations of 3000 x 12 took 0.7 s in one thread
+    and 80 s in two on a busy machine.
     """
 
     @functools.wraps(function)
@@ -79,5 +85,5 @@ def in_one_thread(function: Callable[Given, Found]) -> Callable[Given, Found]:
 
 
 def without_arithmetic_warnings() -> None:
-    """Have this process say nothing of its arithmetic: what comes of it is judged and told."""
+    """Turn off NumPy's warnings about arithmetic; results that are not finite are checked later."""
     warnings.filterwarnings("ignore", ".* encountered in ", RuntimeWarning)

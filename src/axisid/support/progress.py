@@ -5,21 +5,22 @@ from typing import TypeAlias, TypeVar
 
 T = TypeVar("T")
 
-#: Called with how many steps are done, of how many, and what the next one is.
+#: Function called with the number of steps done, the total, and a text on the next step.
 Progress: TypeAlias = Callable[[int, int, str], None]
 
 
 def with_progress(
     items: Iterable[T], progress: Progress | None, said: Callable[[T], str]
 ) -> Iterator[T]:
-    """Items one by one, each announced before it is worked on.
+    """Yield items one by one; each is announced before it is yielded.
 
     Parameters
     ----------
     items : iterable
     progress : callable or None
+        Called with the number done, the total, and the text of the item.
     said : callable
-        What is said of an item.
+        Returns the text of an item.
     """
     listed = list(items)
     for done, item in enumerate(listed):

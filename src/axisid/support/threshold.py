@@ -13,14 +13,14 @@ class Threshold(Generic[Number]):
     Attributes
     ----------
     value : int or float
-        An int where something is counted.
+        An int if something is counted.
     unit : str
-        ``"1"`` for a ratio or a share, whose meaning says of what.
+        ``"1"`` for a ratio or a share; `meaning` then states of what.
     meaning : str
-        What is judged by it, as the end of a sentence.
+        What is judged by the number, as the end of a sentence.
     source : str
         Where the number comes from: a key of the bibliography in brackets, ``"measured: ..."``,
-        ``"derived: ..."``, ``"convention"``, or ``"chosen"`` where nothing more is known.
+        ``"derived: ..."``, ``"convention"``, or ``"chosen"`` if nothing more is known.
     """
 
     value: Number

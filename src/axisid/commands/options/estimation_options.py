@@ -41,7 +41,7 @@ BOOTSTRAP: dict[str, Any] = {
 
 
 def one_or_all(methods: tuple[str, ...]) -> tuple[str, ...]:
-    """Check that `all` is combined with no method except fits, and return the methods."""
+    """Return the methods; ``all`` is refused together with other methods except fits."""
     if "all" in methods and any(each != "all" and not fitted_output(each) for each in methods):
         raise click.UsageError(
             "--method all cannot be combined with other methods. Name only the methods to run, or "
@@ -124,7 +124,10 @@ class Filtering(Options):
     )
 
     def prefilter(self, period: float | None = None) -> "stages.Prefilter":
-        """Return the filter; settings that are not given suit the sampling period, if known."""
+        """Return the filter; settings that are not given follow from the sampling period, if known.
+
+        `period` is in s; without it they remain open.
+        """
         given = {name: value for name, value in self.arguments().items() if value is not None}
         if period is None:
             return stages.Prefilter(**given)
@@ -137,7 +140,7 @@ def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]
 
 
 def names_in(text: str | None) -> tuple[str, ...]:
-    """Return the names of a list such as ``M,Fv``, none of them twice."""
+    """Return the names in a list such as ``M,Fv``; a name that occurs twice is refused."""
     names = tuple(map(str.strip, text.split(","))) if text else ()
     for name in names:
         if not name or names.count(name) > 1:
@@ -147,6 +150,7 @@ def names_in(text: str | None) -> tuple[str, ...]:
 
 
 def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the outputs to be fitted, from texts with one or several names each."""
     names = names_in(",".join(texts))
     for name in names:
         if name not in OUTPUTS:
@@ -273,12 +277,12 @@ class Fitting(Options):
 
 
 def is_log(file: str) -> bool:
-    """Return whether an argument is a log, by its ending, or a run.toml."""
+    """Return whether an argument names a log or a run.toml, by its ending."""
     return Path(file).suffix.lower() in stages.log_endings() or stages.log_of(file) != Path(file)
 
 
 def _roles(text: str | None) -> dict[str, str]:
-    """Return columns by role."""
+    """Return columns by role from a text such as ``time=t,position=qm:mm``."""
     found: dict[str, str] = {}
     for pair in next(csv.reader([text], skipinitialspace=True)) if text else ():
         role, equals, column = (part.strip() for part in pair.partition("="))
@@ -310,7 +314,7 @@ class Reading(Options):
     gaps: str | None = option(key="gaps")
 
     def record(self, file: str, axis: "stages.GeneratedAxis") -> "stages.Record":
-        """Read a log as the record of an axis."""
+        """Return the record of an axis that a log contains."""
         return stages.read_record(file, axis, **self.settings())
 
     def settings(self) -> dict[str, Any]:
@@ -322,7 +326,9 @@ class Reading(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """The named axis with its records, or with the record of its twin.
+    """An axis with its records, as the command line names them.
+
+    Without logs, the record is that of the axis's twin.
 
     Attributes
     ----------
@@ -331,7 +337,7 @@ class Inputs:
     used : tuple of int
         Index of each record among the given logs.
     set_aside : mapping of str to str
-        Skipped logs, which could not be read, with the reason.
+        Logs that could not be read and are skipped, with the reason.
     shared : mapping
         Arguments of `identify`: local parameters and known values of the records.
     """
@@ -349,7 +355,7 @@ class Inputs:
 
 
 def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...]]:
-    """Return values by record from texts such as ``m_add=0,20+-0.01``.
+    """Return values with standard deviations by record, from texts like ``m_add=0,20+-0.01``.
 
     Raises
     ------
@@ -408,17 +414,22 @@ def axis_and_records(
     fixed: tuple[str, ...] = (),
     left_out: tuple[str, ...] = (),
 ) -> Inputs:
-    """Return the named axis with its records, or with the record of its twin.
+    """Return an axis with its records; without logs, with the record of its twin.
 
     Parameters
     ----------
     axis : str
+        Name or file of the axis.
     logs : sequence of str
+        Files of the records.
     reading : Reading
+        Settings of the logs.
     sharing : Sharing
+        Settings of several records.
     further : sequence of str
         Other logs that `reading` describes.
     fixed, left_out : tuple of str
+        Values of ``--fix`` and ``--leave-out``.
 
     Raises
     ------

@@ -59,8 +59,8 @@ def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
     """Show the current step on standard error, if it takes longer than a moment.
 
     The yielded function names the next step; its arguments are those of the argument `progress` of
-    `sweep`. A thread draws the line, so that a blocking step (a compiler, a solver) is shown too. The
-    line is erased at the end. If standard error is not a terminal, a line is printed every 30 s
+    `sweep`. A thread draws the line, so that a blocking step (a compiler, a solver) is shown too.
+    The line is erased at the end. If standard error is not a terminal, a line is printed every 30 s
     instead.
 
     Parameters
@@ -263,7 +263,8 @@ def _unwritable(path: str) -> str:
     """Return the reason why no file can be created at a path; empty if it can.
 
     This is tried with a temporary file in the same folder, because nothing else shows it on every
-    system. Its name is as long as that of the temporary file through which the path will be written.
+    system. Its name is as long as that of the temporary file through which the path will be
+    written.
     """
     folder, name = os.path.split(path)
     try:
@@ -346,8 +347,8 @@ def command_line() -> str:
     return shlex.join(["axisid", *sys.argv[1:]])
 
 
-#: A file or folder (None if it is not asked for), and the function that writes there and returns the
-#: files.
+#: A file or folder (None if it is not asked for), and the function that writes there and returns
+#: the files.
 Way: TypeAlias = tuple[str | None, Callable[[str], Iterable[object] | None]]
 
 
@@ -376,8 +377,8 @@ def put_out(
     show : callable
         Prints the result, unless JSON is on standard output.
     *ways : (str or None, callable)
-        Further files or folders, in their order, each with the function that writes there; None if it
-        is not asked for.
+        Further files or folders, in their order, each with the function that writes there; None if
+        it is not asked for.
 
     Raises
     ------

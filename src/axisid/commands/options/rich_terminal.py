@@ -37,7 +37,7 @@ _BLANKS = str.maketrans("\t\n\v\f\r", "     ")
 
 
 def print_dressed(document: Document, stream: TextIO, width: int, *, coloured: bool) -> None:
-    """Print a document on a terminal of so many columns."""
+    """Print a document on a terminal that is `width` characters wide."""
     console = Console(
         file=stream,
         width=max(width, _LEAST),
@@ -109,7 +109,10 @@ def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
 
 
 def _widths(page: Grid, room: int) -> list[int]:
-    """Return column widths: of their texts, reduced in the widest columns that can wrap."""
+    """Return the widths of columns: those of their texts, reduced until all fit into `room`.
+
+    The widest columns that can wrap between words are reduced first.
+    """
     columns = [*zip(page.heads, *page.rows, strict=True)]
     widths = [max(map(cell_len, column)) for column in columns]
     words = [

@@ -57,8 +57,8 @@ class Grid:
     def pages(self, room: int, size: Callable[[str], int] = len) -> "list[Grid]":
         """Return the table, split into tables of at most `room` characters if necessary.
 
-        Each has the label columns, and the parts of a column stay next to their value. `size` returns the
-        width of a text.
+        Each has the label columns, and the parts of a column stay next to their value. `size`
+        returns the width of a text.
         """
         labels = [i for group in self.groups[: self.labels] for i in group]
         sizes = [max(map(size, each)) for each in zip(self.heads, *self.rows, strict=True)]

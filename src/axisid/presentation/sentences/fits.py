@@ -230,8 +230,8 @@ def fit_precision(finding: FitPrecision) -> str:
         fixed = setting("fix", {finding.unidentified[0].name: "VALUE"})
         texts.append(
             f"the parameter{'' if one else 's'} {names} {'is' if one else 'are'} not identified by "
-            f"the fitted output (relative standard error{'' if one else 's'} {errors}). Record another motion, or fix a known "
-            f"value with {fixed}"
+            f"the fitted output (relative standard error{'' if one else 's'} {errors}). Record "
+            f"another motion, or fix a known value with {fixed}"
         )
     if finding.negligible:
         of = "of the largest change of the output by a parameter"

@@ -253,7 +253,8 @@ def _words_of(term: CandidateTerm, *, is_negative: bool = False) -> _Words:
             advice=term.declare or "declare it",
         )
     if term.kind not in _WORDS:
-        return _Words(name=f"the term {term.kind!r}", advice="declare it")
+        kind = repr(term.kind).replace("{", "{{").replace("}", "}}")
+        return _Words(name=f"the term {kind}", advice="declare it")
     if term.kind == "delay" and is_negative:
         return _EARLY
     return _WORDS[term.kind]

@@ -143,9 +143,9 @@ def advised_shift(finding: AdvisedShift) -> str:
         samples = f"{finding.samples:.0f}"
     many = "sample" if samples.lstrip("-") == "1" else "samples"
     text = (
-        f"move the {finding.role} {samples.lstrip('-')} {many} {way}, in addition to a shift that "
-        f"it has ({setting('shift', {finding.role: samples})}"
+        f"move the {finding.role} {samples.lstrip('-')} {many} {way}: add {samples} to its shift "
+        f"({setting('shift', {finding.role: samples})} if it has none"
     )
     if finding.is_whole:
         return f"{text})"
-    return f"{text}, {setting('resample', 'auto')})"
+    return f"{text}; this needs {setting('resample', 'auto')})"
