@@ -129,7 +129,7 @@ class GeneratedAxis:
     response : Response or None
         Response of the drive to a sampled law, see `Axis`.
     of_law_samples : tuple of str
-        See `Axis`.
+        `Axis.of_law_samples` of `axis`.
     """
 
     axis: Axis

@@ -119,6 +119,7 @@ class Lowering:
         )
 
     def map_Symbol(self, node: sympy.Symbol) -> int:
+        """Return the operation that gives the value of a symbol."""
         if node not in self._values:
             there = ", ".join(sorted(map(str, self._values)))
             raise ModelError(
@@ -128,6 +129,7 @@ class Lowering:
         return self._values[node]
 
     def map_Rational(self, node: sympy.Rational) -> int:
+        """Return a constant; refuse a number that is too large for a float."""
         try:
             return self._builder.constant(int(node.p) / int(node.q))
         except OverflowError as error:
@@ -136,6 +138,7 @@ class Lowering:
             ) from error
 
     def map_Add(self, node: sympy.Add) -> int:
+        """Return a sum: the positive terms are added, then the negative terms are subtracted."""
         positive, negative = [], []
         for term in sorted(node.args, key=sympy.default_sort_key):
             if term.could_extract_minus_sign():
@@ -151,6 +154,10 @@ class Lowering:
         )
 
     def map_Mul(self, node: sympy.Mul) -> int:
+        """Return a product as numerator divided by denominator, each a chain of multiplications.
+
+        Beside an exponential, a very large or very small number moves into its exponent.
+        """
         if node.could_extract_minus_sign():
             return self._builder.apply("neg", self(-node))
         joined = joined_exponential(node)
@@ -176,6 +183,7 @@ class Lowering:
         return self._divide(above, self._chain("mul", denominator), node)
 
     def map_Pow(self, node: sympy.Pow) -> int:
+        """Return a power as a square root, repeated multiplication or division where possible."""
         base, exponent = node.base, node.exp
         if exponent == sympy.Rational(1, 2):
             return self._builder.apply("sqrt", self(base))
@@ -192,6 +200,7 @@ class Lowering:
         return self._builder.constant(node == sympy.true)
 
     def map_Piecewise(self, node: sympy.Piecewise) -> int:
+        """Return nested selections; the first condition that is true determines the value."""
         *pairs, last = node.args
         if not isinstance(last, ExprCondPair) or last.cond != sympy.true:
             raise ModelError(

@@ -136,5 +136,5 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # |  | method | IDM-IV (minus the bias of filter and noise) and DIDIM differ by more than chance (Hausman, all differences at once, 1 %), half a standard error and 1 % of the value, beyond the interval of either. Or the steps of a logged position, to which no control reacts, move least squares by half a standard error and 1 %. A note if less, and for bias of least squares from noise | the sentence says which is reported: DIDIM if the recorded control follows the declared law, otherwise IDM-IV. Lower the cut-off, or log the position with the drive's resolution |
 # |  | inverse against direct | without IV, the two forms of least squares differ by as much | fit the position under the recorded control |
 #
-# `--json` has figure, threshold, source and finding of each check; see [Results as JSON](../results.md).
+# `--json` has figure, threshold, source and finding of each check; see [Results in files and programs](../results.md).
 # [The DFKI pendulum](../dfki_pendulum.md) shows the checks on a difficult real record.

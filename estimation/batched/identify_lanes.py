@@ -348,7 +348,10 @@ def _first_fit(
 
 
 def _near_reversals(block: LaneBlock, asked: Prefilter) -> BoolArray | None:
-    """Return True for samples near reversals and rests to leave out, (N, L); None for none."""
+    """Return True for samples near reversals and rests that are left out, (N, L).
+
+    None if no samples are left out. `asked` are the settings of the filter.
+    """
     axis = block.axis
     if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
         return None

@@ -132,6 +132,7 @@ def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: in
     ----------
     axis : GeneratedAxis
     reference : (N,) array
+        Reference of all lanes.
     position : (N, L) array
         Measured positions.
     samples : int
@@ -201,7 +202,7 @@ def _ends(poles: ComplexArray, residues: ComplexArray, gains: ComplexArray, beyo
 
 
 def _pairs(values: ComplexArray) -> Array:
-    """Return real and imaginary parts alternating along the last axis."""
+    """Return complex values, (..., s), as alternating real and imaginary parts, (..., 2 s)."""
     parts = np.stack([values.real, values.imag], axis=-1)
     return parts.reshape(*values.shape[:-1], -1)
 
@@ -302,7 +303,10 @@ class LaneBlock:
         return Equations(left=found[:, -1], intercept=intercept, regressor=found[:, :p])
 
     def rows_of(self, excluded: BoolArray | None) -> BoolArray | None:
-        """Return True for rows of each lane without excluded samples, (n, L); None for all."""
+        """Return True for the rows that each lane has without excluded samples, (n, L).
+
+        None if no samples are excluded, so that each lane has all rows.
+        """
         if excluded is None:
             return None
         weights = self.library.weights(excluded, self.decimation)

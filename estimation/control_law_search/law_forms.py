@@ -121,7 +121,10 @@ class LawForm(ReadyLaw):
         return {name: signals[name] for name in self.columns}
 
     def _velocity(self, ticks: LawInputs, period: float, extra: float | None) -> Array:
-        """Return the velocity as the law computes it from positions, (N,)."""
+        """Return the velocity as the law computes it from positions, (N,).
+
+        The arguments are as in `signals`.
+        """
         how, position = self.words.get("velocity", "difference"), ticks.position
         if how == "ideal" or self.function == "cascade_pd":
             return ticks.velocity

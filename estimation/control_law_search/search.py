@@ -81,7 +81,10 @@ class ExplainedLaw(ReadyLaw):
         return f"control=replace({law}, delay={late})" if late else f"control={law}"
 
     def _arguments(self, between: str) -> str:
-        """Return names and values of the arguments, joined by `between`."""
+        """Return the arguments of the law as text, with `between` between name and value.
+
+        They are the gains, the options and the period. The delay is among them in TOML only.
+        """
         given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}
         given |= {name: f'"{word}"' for name, word in self.words.items()}
         given["period"] = f"{self.law.period:.10g}"
@@ -128,7 +131,7 @@ class LawSearch(Checked, Presentable):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Check of the control error of the best law."""
+        """Check of the control error of the best law; it fails if no law explains the control."""
         best, left = self.best.title, self.best.held_out_percent
         fault = (
             f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
@@ -350,7 +353,7 @@ class _AlongRecord:
         return [each for each in found if each is not None]
 
     def _control_error(self, law: ControlLaw) -> float:
-        """Return the control error of a law on the fitted samples; infinite if it diverges."""
+        """Return the norm of a law's control error on the fitted samples; infinite on overflow."""
         by_gains = self._by_gains(law)
         error = np.linalg.norm(by_gains.control - by_gains.output)
         return float(np.nan_to_num(error, nan=np.inf, posinf=np.inf))

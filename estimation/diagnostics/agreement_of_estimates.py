@@ -240,8 +240,9 @@ def less_precise(moved: Iterable[str], iv: Estimate, didim: Estimate) -> list[st
     Parameters
     ----------
     moved : iterable of str
-        Parameters in which the two differ significantly.
+        Parameters in which the two estimates differ significantly.
     iv, didim : Estimate
+        Estimates by IDM-IV and by DIDIM.
     """
     return [
         name for name in moved if didim.parameters[name].deviation > iv.parameters[name].deviation
@@ -325,7 +326,10 @@ def _quantisation_check(judged: Estimate, steps: Mapping[str, float], levels: Le
 
 
 def _biases(judged: Estimate, by_parameter: Mapping[str, float]) -> tuple[ParameterBias, ...]:
-    """Return the biases of the parameters that have a standard error."""
+    """Return the finding of each parameter's bias; without parameters that have no standard error.
+
+    `by_parameter` has the bias by name, in the unit of the parameter.
+    """
     found = list[ParameterBias]()
     for name, bias in by_parameter.items():
         value = judged.parameters[name]
@@ -431,9 +435,9 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
 
 
 def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
-    """Return `instrument_tests` of the rows of an estimate, or the reason why there are none.
+    """Return the tests of an estimate's instruments, or the reason why there are none.
 
-    The rows have the weights of their records.
+    The rows are weighted by the noise of their records, see `instrument_tests`.
     """
     if estimate is None or estimate.Z is None:
         return Missing("no method with instruments gave an estimate")

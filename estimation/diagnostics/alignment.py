@@ -295,7 +295,11 @@ def _remedies(
 
 
 def declared_lateness(data: FilteredRecord) -> float:
-    """Return the declared delay of the force behind the recorded control, s."""
+    """Return the declared delay of the force behind the recorded control, s.
+
+    It is the delay and the lag of the drive, as far as they act behind the point where the control
+    is logged.
+    """
     drive = data.axis.drive
     return float({"command": drive.delay + drive.lag, "applied": drive.lag}.get(drive.logged, 0.0))
 

@@ -105,13 +105,14 @@ class ColumnComparison:
     delay_deviation : float
         Standard error of the delay, samples.
     offset : float
-        Constant between the two, SI.
+        Constant of the measured column relative to the computed one, SI.
     offset_deviation : float
         Standard error of the constant, SI.
     size : float
         Root mean square of the computed column, SI.
     left_percent : float
-        Residual of one column after regression on the other, percent of the column.
+        Part of one column that the other one, its derivative and a constant do not explain, percent
+        of the column (rms).
     """
 
     factor: MaybeNan
@@ -475,7 +476,16 @@ def _reference_of(record: Record, role: str) -> MotionReference:
 def _corrections(
     record: Record, found: ColumnComparison, role: str, unit: str
 ) -> ColumnCorrections:
-    """Return the corrections of a column that differs from its derivative."""
+    """Return the corrections of a measured column that differs from a computed derivative.
+
+    Parameters
+    ----------
+    record : Record
+    found : ColumnComparison
+    role : {"velocity", "acceleration"}
+    unit : str
+        Unit of the column in the model.
+    """
     far = found.distances
     faults = tuple(part for part in _CORRECTED if far[part] > 1)
     shift: AdvisedShift | None = None

@@ -40,9 +40,11 @@ class ForceAgainstControl(Finding):
     factor : float
         Recorded force over the force from the control.
     factor_uncertainty : float
+        Half the range of the factor that noise and the unexplained part allow.
     offset : float
         Constant of the recorded force relative to the force from the control, in `force_unit`.
     offset_uncertainty : float
+        Uncertainty of the constant by noise and the unexplained part, in `force_unit`.
     lag : float
         Lag of the recorded force behind the force from the control, s.
     force_unit : str

@@ -126,7 +126,10 @@ class DiagnosticInputs:
 
     @cached_property
     def parts(self) -> "tuple[DiagnosticInputs, ...]":
-        """Inputs for each of several records separately; a single record has itself as its part."""
+        """Inputs for each record separately, with the estimates from all records.
+
+        Inputs for a single record have themselves as their only part.
+        """
         if not self.has_parts:
             return (self,)
         return tuple(
@@ -222,7 +225,10 @@ class DiagnosticInputs:
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
-        """Delay of the force, by instruments where there are any, or why it is not measured."""
+        """Estimated delay of the force, or the reason why it cannot be estimated.
+
+        The simulated loop gives the instruments where the reported estimate has any.
+        """
         if isinstance(self.strength, Check) and self.strength.status == "fail":
             return Missing("the instruments are too weak to measure a delay")
         judged = self.preferred
@@ -252,7 +258,10 @@ class DiagnosticInputs:
 
     @cached_property
     def lacking(self) -> tuple[Misspecification, ...] | Missing:
-        """Misspecifications of the model, or why they cannot be searched."""
+        """Missing terms, changed parameters, faulty signals and outliers of this record.
+
+        Missing, with the reason, where they cannot be searched.
+        """
         half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
         return find_misspecification(
             self.scores, half_widths, len((self.whole or self).problem.data), self.levels
@@ -260,7 +269,11 @@ class DiagnosticInputs:
 
     @property
     def with_missing_terms(self) -> Mapping[str, tuple[float, ...]]:
-        """Values of the parameters with the missing terms in the model; empty without any."""
+        """Values of the parameters with the missing terms in the model, by name.
+
+        A parameter that then differs between directions has two values, forward and backward. Empty
+        without missing terms.
+        """
         lacking = value_or((), lambda: self.lacking)
         terms = [lack for lack in lacking if lack.is_term]
         return terms[-1].parameters if terms else {}

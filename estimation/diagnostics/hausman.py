@@ -39,8 +39,8 @@ class HausmanTest:
     Attributes
     ----------
     difference : float
-        In the unit of the parameter; both estimates are corrected for the bias of filter and noise
-        where it is known.
+        First estimate minus second, in the unit of the parameter. Both are corrected for the bias
+        by filter and noise where it is known.
     deviation : float
         Standard error of the difference, HAC.
     p_value : float
@@ -146,7 +146,10 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
 
 
 def _influence(estimate: Estimate) -> Array:
-    """Return the influence of the residual of each row on the physical parameters, (n, p).
+    """Return the influence of each row's residual on the physical parameters, (n, p).
+
+    The influence is the derivative of the estimate by the residual. The residual is that without
+    the weights of records and loss.
 
     Raises
     ------

@@ -82,8 +82,9 @@ class Excitation:
     Attributes
     ----------
     name : str
+        Name of the parameter.
     share : float
-        Norm of its part of the force relative to the norm of the force.
+        Norm of the parameter's part of the force relative to the norm of the force.
     inflation : float
         Variance inflation factor: 1 for a column that is orthogonal to all others, large for a
         column that nearly repeats them.
@@ -112,7 +113,7 @@ class Excitation:
 
     @property
     def obscurity(self) -> Obscurity:
-        """Return the reason why the record does not identify the parameter, if it is imprecise."""
+        """Reason why the record does not identify the parameter, provided that it is imprecise."""
         if self.alike:
             return "repeated column"
         if self.rows < MIN_ROWS_PER_PARAMETER.value:
@@ -123,15 +124,16 @@ class Excitation:
 
 
 def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
-    """Return the excitation of every parameter by its column of the inverse model.
+    """Return the excitation of every parameter by the motion of all records.
 
-    The motion of several records lacks a signal only if every record lacks it.
+    It follows from the column of the parameter in the inverse model. The motion of several records
+    lacks a signal only if every record lacks it.
 
     Parameters
     ----------
     problem : Problem
     physical : (p,) array
-        An estimate.
+        Estimated physical parameters.
     """
     # Unweighted rows of all records together, and of each record.
     form = problem.form(InverseForm).at(physical)

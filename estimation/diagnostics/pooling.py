@@ -107,15 +107,15 @@ class RecordDifference:
     freedom : (float, float)
         Degrees of freedom of the F distribution.
     p_value : float
-        Probability of such a difference by chance, of one record.
+        Probability of such a difference by chance, for one record.
     share_percent : float
-        Effect of the difference, percent of the force of the record, or of the effect of the
-        largest parameter on its output.
+        Effect of the difference on the force in percent of the force of the record; for a fit, in
+        percent of the effect of the largest parameter on the output.
     untold : tuple of str
         Parameters that the record alone does not identify.
     units : mapping of str to str
     shares : mapping of str to float
-        Effect of the difference of each parameter, relative to the same.
+        Effect of the difference of each parameter, as a fraction of the same quantity.
     """
 
     own: Mapping[str, float]
@@ -139,9 +139,10 @@ class RecordDifference:
         return self.p_value < levels.level and self.share_percent > 100 * levels.least_share
 
     def differing(self, levels: Levels) -> tuple[str, ...]:
-        """Return the parameters with a significant and relevant difference; all if there are none.
+        """Return the names of parameters whose difference is significant and relevant.
 
-        Significance is by Bonferroni's rule, relevance by the effect of each parameter.
+        Significance is by Bonferroni's rule, relevance by the effect of each parameter. All
+        parameters are returned if no single one is both.
         """
         q, freedom = len(self.own), sum(self.freedom) - 1
         chances = {n: 2 * q * float(stdtr(freedom, -abs(d))) for n, d in self.distances.items()}

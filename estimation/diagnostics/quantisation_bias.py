@@ -11,7 +11,9 @@ _DRAWS = 4  # each with both signs
 
 
 def quantisation_bias(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
-    """Estimate the bias by steps of a logged position that the control loop does not read, (p,).
+    """Return the bias of each parameter by the steps of a logged position, (p,).
+
+    The steps are those that the log has and the control loop does not read.
 
     Rounding adds noise that is uniform within a step. Added noise of the same size changes the
     estimate by about the same bias once more, to first order in its variance: the simulation step

@@ -120,8 +120,9 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
 def _moved_by_scale(case: DiagnosticInputs, share: float) -> Array:
     """Return the change of each parameter, (p,), where the control is 1 + share times too large.
 
-    The force F of the recorded control u and that of ``u / (1 + share)`` differ, in the rows of
-    this record, and the parameters of all records by ``X^+ (F(u) - F(u / (1 + share)))``.
+    In the rows of this record, the force F of the recorded control u differs from that of
+    ``u / (1 + share)``. The parameters of all records change by the pseudo-inverse of the regressor
+    X times this difference, ``X^+ (F(u) - F(u / (1 + share)))``.
     """
     whole, data = case.whole or case, case.data
     form = whole.problem.form(InverseForm).at(whole.preferred.physical)

@@ -154,7 +154,17 @@ class NamedValues(dict[str, Value]):
 
 
 def student_interval(centre: float, deviation: float, freedom: float) -> tuple[float, float]:
-    """Return the 95 % interval of an estimate, by Student's distribution."""
+    """Return the 95 % confidence interval of an estimate, by Student's distribution.
+
+    Parameters
+    ----------
+    centre : float
+        Estimate minus its bias.
+    deviation : float
+        Standard error.
+    freedom : float
+        Degrees of freedom of the standard error.
+    """
     reach = float(stdtrit(freedom, (1 + INTERVAL_LEVEL.value) / 2)) * deviation
     return centre - reach, centre + reach
 

@@ -268,7 +268,7 @@ class Problem(Uncached):
 
     @cached_property
     def made(self) -> dict[Any, Any]:
-        """Cache: rows and factors by linear form, fits by method."""
+        """Cache of rows and QR factors by linear form, and of fits by method."""
         return {}
 
 

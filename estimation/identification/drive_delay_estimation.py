@@ -30,9 +30,10 @@ Identify = Callable[..., Identification]
 
 
 def with_drive_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
-    """Return the axis with another lag or delay of its drive, s, as a known value.
+    """Return the axis with the lag or delay of its drive fixed at a value, s.
 
-    Compiling its loop takes less time than a search without a compiled loop.
+    `name` is ``lag`` or ``delay``. The loop of the axis is compiled again, which takes less time
+    than a search without a compiled loop.
     """
     drive = axis.declared.drive.with_time(name, value)
     return build(replace(axis.declared, drive=drive), native=axis.native.enabled)

@@ -71,14 +71,14 @@ def _joint_form(
 
 
 def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -> list[Prefilter]:
-    """Return the filter of each record, with decimations for equal distances of rows.
+    """Return the filter of each record, with decimations that give rows at one distance in time.
 
     Parameters
     ----------
     asked : Prefilter
-        Filter for a record with the period `designed`.
+        Filter for a record with the sample period `designed`.
     designed : float
-        Sample period, s.
+        Sample period that `asked` was designed for, s.
     periods : sequence of float
         Sample periods of the records, s.
 
@@ -299,7 +299,7 @@ class JointRecords:
     def problem(
         self, axis: GeneratedAxis, prefilter: Prefilter, loss: str = ROW_LOSSES[0]
     ) -> Problem:
-        """Return the problem of the filtered records, each weighted by its own noise."""
+        """Return the regression of an axis on all records, filtered and weighted by their noise."""
         joint = self.joint_form(axis)
         into = () if joint is None else [*map(joint.record_jacobian, range(len(self.records)))]
         data = filtered_records(self.axes(axis, joint), self.records, prefilter, into)

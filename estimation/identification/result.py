@@ -52,7 +52,7 @@ class RecordResult:
         Known values of the record, with their standard deviations, SI.
     rows : int
     weight : float
-        Weight of its rows; the mean square of the weights of all rows is 1.
+        Weight of the record's rows; the mean square of the weights of all rows is 1.
     noise : float
         Root mean square of the residuals, in the unit of the left side.
     equation_error_percent : float
@@ -114,9 +114,10 @@ class DriveTime:
     parameter : Parameter
         Declaration of the lag or delay.
     value, deviation : float
-        Value and standard error, s; the latter is that of the delay between force and motion.
+        Value and standard error, s. The standard error is that of the delay between force and
+        motion.
     interval : (float, float)
-        95 %.
+        95 % confidence interval, s.
     """
 
     name: str

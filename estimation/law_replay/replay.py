@@ -133,7 +133,11 @@ class LawInputs:
         recorded: tuple[Array, ...] = (),
         added: Array | None = None,
     ) -> "LawInputs":
-        """Return the inputs of a law that is evaluated at the samples of a log, (N,) each."""
+        """Return the inputs of a law that is evaluated at each sample of a log.
+
+        The arguments are as the attributes of the class, (N,) each; without `added`, no test signal
+        is added.
+        """
         return cls(
             reference=reference,
             position=position,
@@ -268,7 +272,10 @@ def law_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
 
 
 def law_terms_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """Return the terms of the law at the samples of the log, before the drive, (N, terms)."""
+    """Return each term of the law at the samples of the log, (N, terms).
+
+    Their sum is the output of the law, in the unit of the control, before the drive and its limit.
+    """
     (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
     # The control before the first evaluation is assumed to be that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
@@ -318,11 +325,12 @@ def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Arra
     Parameters
     ----------
     step : casadi.Function
-        One evaluation; its arguments are the inputs, the gains if any, and the memory.
+        One evaluation of the law. Its arguments are the inputs, the gains if any, and the memory;
+        its results are the next memory and the output.
     start : (m,) array
         Memory at the first evaluation.
     read : sequence of (M,) array
-        Inputs; constant gains are (1, g).
+        Inputs at M evaluations, and the gains, (1, g), if they are arguments.
     """
     count = len(read[0])
     columns = [np.reshape(values, (len(values), -1)) for values in read]

@@ -61,6 +61,9 @@ def estimate_by(
 ) -> Estimate:
     """Return the estimate by one method.
 
+    The rows are solved, and their parameters are mapped to the physical ones. The covariances, and
+    all that needs further simulated loops, such as the bias, are computed when they are read.
+
     Parameters
     ----------
     problem : Problem
@@ -373,10 +376,10 @@ def _own_rows(values: Array, weights: Array) -> Array:
 
 
 def _known_spread(problem: Problem, fit: Fit) -> Array:
-    """Return the part of the regression's covariance by known values, (k, k); 0 for exact values.
+    """Return the part of the regression's covariance by uncertain known values, (k, k).
 
-    An error of a known value by its standard deviation changes the force of the model row by row,
-    and the estimate by the influence of the rows.
+    Each known value is changed by its standard deviation. This changes the force of the model row
+    by row, and the estimate by the influence of the rows. The part is 0 for exact values.
     """
     joint, theta = problem.joint_form, fit.solution.theta
     if joint is None:

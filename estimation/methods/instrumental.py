@@ -318,7 +318,10 @@ class Iteration:
         return IterationState(measured, physical, loops, simulated, right)
 
     def _step(self, at: IterationState) -> IterationStep:
-        """Return the step from a state to the estimate by the loop that is simulated there."""
+        """Return the full step from a state to the solution of the rows at this state.
+
+        The instruments, or the regressor of DIDIM, are those of the loop simulated there.
+        """
         names = [q.label for q in self._form.quantities]
         simulated = factor(at.right.regressor, names, "the simulated loop")
         solution = self._solution(at, simulated)
@@ -405,7 +408,7 @@ class Iteration:
 
     @contextmanager
     def _naming(self) -> Iterator[None]:
-        """Add the method and the iterate to an estimation error."""
+        """Return a context that adds method and number of the iterate to an estimation error."""
         what = f"{self._method}, iterate {len(self._iterates)}"
         try:
             yield

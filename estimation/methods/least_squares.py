@@ -124,7 +124,7 @@ def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
 
 
 def check_loss(loss: str, form: Form) -> None:
-    """Refuse a robust loss for a model whose parameters are searched with squares.
+    """Refuse a robust loss for a nonlinear model, whose parameters are searched with squares.
 
     Raises
     ------

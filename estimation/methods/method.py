@@ -62,7 +62,10 @@ class Fit:
 
     @property
     def simulation_error_percent(self) -> float:
-        """Residual of the simulated loops in percent of the left side; infinite without loops."""
+        """Difference of measured and simulated left side, percent of the measured one (rms).
+
+        Infinite where no loop was simulated.
+        """
         left = self.measured.left
         if isinstance(self.simulated, NotSimulated):
             return math.inf

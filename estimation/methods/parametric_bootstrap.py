@@ -229,8 +229,8 @@ class BootstrapCorrection:
     def freedom(self) -> float:
         """Degrees of freedom of `scaled`, and of Student's distribution of the intervals.
 
-        Infinite for a single replica, with which the covariance is not scaled. Otherwise see
-        `pair_freedom`.
+        Infinite for a single replica, with which the covariance is not scaled. Otherwise they are
+        those of replicas in antithetic pairs, see `pair_freedom`.
         """
         return pair_freedom(self.count) if self.count > 1 else np.inf
 
@@ -247,7 +247,9 @@ def bootstrap_correction(
     solution: Solution,
     covariance: Covariance,
 ) -> BootstrapCorrection | None:
-    """Return the bias of an estimate and the factors of its standard errors.
+    """Return the correction of an estimate by replicas: its bias, and factors of standard errors.
+
+    Each replica is solved in the same way as the records. None where too few can be solved.
 
     This is the bootstrap-t of [EfronTibshirani1993]_: the errors of the replicas, each divided by
     its own standard error, give the distribution of the pivot. With the standard errors ``h_r`` of

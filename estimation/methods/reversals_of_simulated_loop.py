@@ -46,6 +46,9 @@ def filtered_record(
 def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
     """Return the mean control until the next sample minus the control at each sample, (N,).
 
+    A law that runs faster than the log changes its control between the samples. The law is replayed
+    along the record, and its control is averaged over each sample period.
+
     Parameters
     ----------
     axis : GeneratedAxis

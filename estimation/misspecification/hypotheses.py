@@ -225,7 +225,10 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
 
 
 def drifts(times: Array) -> Array:
-    """Return shapes of a drift over the times of the rows, (n, 3): a line, and one slow wave."""
+    """Return the shapes of a drift over the times of the rows, (n,), as three columns, (n, 3).
+
+    They are a line from 0 to 1, and sine and cosine with the length of the record as period.
+    """
     part = (times - times[0]) / (times[-1] - times[0])
     return np.column_stack([part, np.sin(2 * np.pi * part), np.cos(2 * np.pi * part)])
 

@@ -106,9 +106,9 @@ class LackOfFit(Exact):
     period : float or None
         Period of the reference, s; null in files of moves separated by rests of different lengths.
     times : int
-        Largest number of repeats of a phase.
+        Largest number of rows at one phase of the reference.
     rows : int
-        Rows at repeating phases.
+        Number of rows at phases that repeat.
     share : float
         Share of the power of the residual that repeats: ``sum_g ((sum_i e_gi)^2 - sum_i e_gi^2) /
         (n_g - 1) / sum e^2`` over the phases g with n_g repeats.
@@ -127,11 +127,11 @@ class LackOfFit(Exact):
         model, below 0 for the steps of an encoder, which repeat where the motion repeats to less
         than one step.
     time : (g,) array
-        Time of the phases in the first period, from the record's first sample, s.
+        Time of each phase in the first period, from the record's first sample, s.
     mean : (g,) array
-        Mean residual by phase.
+        Mean residual at each phase, in the unit of the left side.
     count : (g,) array
-        Repeats by phase.
+        Number of rows at each phase.
     """
 
     period: float | None

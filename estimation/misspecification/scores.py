@@ -62,7 +62,10 @@ class ColumnTests:
 
     @property
     def whole_powers(self) -> Array:
-        """Mean square that the first column of each block explains with a factor of 1, (m,)."""
+        """Mean square of the residuals that a column explains with a factor of 1, (m,).
+
+        The column is the first of each block.
+        """
         first = self.values[:, 0]
         sizes = np.where(first == 0, np.inf, first)
         return np.asarray(self.powers * (2 / sizes - 1 / sizes**2))
@@ -288,13 +291,18 @@ def scores_of(
 ) -> RecordScores | Missing:
     """Return the residuals of a record and of its simulated replicas at an estimate.
 
+    A loop without noise is simulated with the estimate, and gives the instruments. The replicas
+    have the noise of the record. The record and each replica are solved by instrumental variables,
+    and the residual of the loop without noise, which is due to the filter, is subtracted. Missing
+    where no loop can be simulated, or the record is too short.
+
     Parameters
     ----------
     data : FilteredRecord
     physical : (p,) array
         Parameters of the record's axis, minus their bias.
     chain : Chain or None
-        Noise of the record; None where it could not be measured.
+        Noise of the record, for the replicas; None where it could not be measured.
     free : sequence of int
         Indices of the estimated parameters; the others have given values.
     by_loop : bool
@@ -364,7 +372,18 @@ def scores_of(
 
 
 def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Array) -> Array:
-    """Return instrumental-variable residuals, (n,), with given values of the fixed parameters."""
+    """Return instrumental-variable residuals, (n,), with given values of the fixed parameters.
+
+    Parameters
+    ----------
+    rows : Equations
+    physical : (p,) array
+        Parameters; those not in `free` keep these values.
+    free : sequence of int
+        Indices of the parameters that are estimated.
+    basis : (n, r) array
+        Orthonormal basis of the instruments.
+    """
     residuals = rows.residuals(physical)
     columns = rows.regressor[:, free]
     change = np.linalg.lstsq(basis.T @ columns, basis.T @ residuals, rcond=_RANK)[0]

@@ -47,38 +47,43 @@ class Misspecification:
     Attributes
     ----------
     kind : str
+        Name of the missing term, or ``held``, ``drift``, ``change``, ``late signal``,
+        ``scaled signal`` or ``outlier``.
     parameter : str
-        Parameter that changes in time or has a wrong given value, or the signal; empty for a term.
+        Parameter that changes in time or has a wrong given value, or the faulty signal or column;
+        empty for a missing term.
     values : tuple of float
-        Factors of its columns; for a parameter its change.
+        Factors of the columns of a missing term; the change of a parameter; the delay of a signal
+        in samples, its scale, or the size of an outlier.
     deviation : float
-        Standard error of the size, by simulated replicas.
+        Standard error of `size`, by simulated replicas.
     before : float
         For a parameter that changes: its value before, or at the start; 0 for a term.
     at : float
-        Speed, period, frequency, time of the change in s since the first row, or sample of an
-        outlier; NaN for none.
+        Speed, period, frequency, time of the change in s since the first row, delay in samples, or
+        sample of an outlier; NaN for none.
     share : float
-        Its part of the force, root mean square, relative to the force.
+        Part of the force that the misspecification makes, root mean square, relative to the force.
     own_share : float
         The part that the parameters do not explain, which is compared with the threshold.
     p_value : float
-        P-value over all its places.
+        P-value over all values of `at` that were tried.
     unit : str
-        Unit of its size; empty where no size is reported.
+        Unit of `size`; empty where no size is reported.
     parameters : mapping of str to tuple of float
-        Values of the free parameters if it and everything found before it are in the model. Two
-        values, forward and backward, for a parameter that it makes differ between directions.
+        Values of the free parameters with this and all misspecifications found before in the model.
+        A parameter that then differs between directions has two values, forward and backward.
     moved : str
-        The parameter that it moves or changes most, relative to its value. Only parameters count
-        that it moves by more than their interval, with a large part of the force, or that change
-        themselves in the record with more than the least share of the force. Empty for none.
+        The parameter that changes most, relative to its value, with the misspecification in the
+        model. Only parameters count that change by more than their interval, with a large part of
+        the force, or that change themselves in the record with more than the least share of the
+        force. Empty for none.
     moved_percent : float
         Change of this parameter, percent of its value.
     at_the_end : bool
         Whether a delay ended at the end of its search range, so that it is not known.
     others : tuple of (str, float)
-        Kinds of other terms that explain nearly as much of the force, each with its place as `at`.
+        Kinds of other terms that explain nearly as much of the force, each with its value of `at`.
     """
 
     kind: str
@@ -124,14 +129,14 @@ class TestedHypothesis:
     ----------
     hypothesis : Hypothesis
     at : float
-        The best place.
+        The best place: the speed, period, time or other number that the columns depend on.
     columns : (n, g) array
         Columns at this place.
     p_value : float
         P-value over all places.
     share : float
-        Its part of the force that the parameters do not explain, root mean square, relative to the
-        force.
+        Part of the force that the columns explain and the parameters do not, root mean square,
+        relative to the force.
     moved : float
         Largest change of a parameter, relative to the half width of its interval.
     at_the_end : bool

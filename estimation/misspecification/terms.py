@@ -31,11 +31,12 @@ class Along:
     Attributes
     ----------
     time, position, velocity, acceleration, direction, force : (N,) array
-        SI; position and time are relative to their middle.
+        Signals at the samples, SI. Time and position are relative to their means over the rows;
+        direction is the sign of the velocity as the friction of the model reads it.
     spans : sequence of (int, int)
-        Stretches between gaps.
+        Stretches between gaps: first sample and the one after the last.
     rows : (n,) array of int, optional
-        Samples of the rows; all samples by default.
+        Sample number of each row; all samples are rows by default.
     reduce : callable
         Filters and decimates values (N,) or (N, m) to the rows.
     period : float
@@ -43,7 +44,8 @@ class Along:
     row_period : float
         Time between rows, s.
     middle : float
-        Middle of the positions before it is subtracted, for springs, which rest elsewhere.
+        Mean that was subtracted from the positions. A spring needs it, because it rests at another
+        position.
     """
 
     time: Array
@@ -176,7 +178,10 @@ def _periods_near(periods: Array, at: float) -> Array:
 
 
 def antiresonances(s: Along) -> Array:
-    """Return frequencies of loads behind springs that the sample period can resolve, Hz."""
+    """Return the antiresonance frequencies that are tested for a load behind a spring, (m,), Hz.
+
+    They are 3 to 120 Hz, as far as the sample period can resolve them.
+    """
     last = min(_FASTEST, 1 / (7.0 * s.period))  # seven samples in an oscillation
     many = int(np.log(last / _SLOWEST) / np.log(_APART)) + 1 if last > _SLOWEST else 0
     return np.asarray(_SLOWEST * _APART ** np.arange(many), dtype=float)

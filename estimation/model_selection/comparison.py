@@ -95,6 +95,7 @@ class Candidate(Exact):
     estimate : Estimate
         Estimate from all rows.
     criteria : Criteria
+        Information criteria of the least-squares fit.
     equation : HeldOut
         Held-out error of the equation.
     """
@@ -168,7 +169,7 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
 
     @property
     def known(self) -> KnownValues:
-        """Known values of each record."""
+        """Known values of each record by name; empty if there are none."""
         if self.problem.joint_form is None:
             return {}
         return self.problem.joint_form.known

@@ -301,7 +301,7 @@ class Sweep(Checked, Presentable, Exact):
         return tuple(result.prefilter.cutoff for result in self.results)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> "Sweep":
-        """Return the sweep with records that could not be read."""
+        """Return the sweep with the names of records that could not be read, and the reasons."""
         return replace(self, results=tuple(each.with_set_aside(unread) for each in self.results))
 
     @property

@@ -32,6 +32,7 @@ class Regression:
     left : (n,) array
         Force minus known terms.
     regressor : (n, k) array
+        Derivatives of the left side by the k parameters.
     instruments : (n, k) array or None
         None for least squares.
     names : tuple of str
@@ -50,7 +51,7 @@ class Regression:
     nonlinear: tuple[str, ...] = ()
 
     def at(self, rows: NDArray[np.intp]) -> "Regression":
-        """Return the regression on some of the rows."""
+        """Return the regression on some of the rows, given by their indices."""
         return replace(
             self,
             left=self.left[rows],
@@ -90,7 +91,15 @@ def regression_rows(estimate: Estimate) -> Regression:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldOutBlock:
-    """Indices of held-out rows, and of rows to estimate from: all others except the gaps."""
+    """A block of rows that is held out of an estimate.
+
+    Attributes
+    ----------
+    held_out : (h,) array of int
+        Indices of the held-out rows.
+    training : (t,) array of int
+        Indices of the rows for the estimate: all others except the gaps on both sides.
+    """
 
     held_out: NDArray[np.intp]
     training: NDArray[np.intp]
@@ -167,7 +176,9 @@ def held_out_equation(rows: Regression, blocks: Sequence[HeldOutBlock], signal: 
     Parameters
     ----------
     rows : Regression
+        Regression of all rows.
     blocks : sequence of HeldOutBlock
+        Held-out blocks of the rows.
     signal : float
         ``||y||`` over all rows.
 

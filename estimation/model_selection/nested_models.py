@@ -67,6 +67,7 @@ def nested_tests(
     Returns
     -------
     tests : tuple of NestedTest
+        One test for each pair of models that are nested next to each other.
     same : tuple of (str, str)
         Pairs whose columns span the same space: one model in different parameters.
     """
@@ -105,7 +106,10 @@ def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) ->
 
 
 def nesting(small: Regression, large: Regression) -> Embedding | None:
-    """Return the map from the smaller model's parameters to the larger's; None if not nested."""
+    """Return the map from the smaller model's parameters to those of the larger model.
+
+    None if the larger model does not contain the smaller one.
+    """
     size = np.linalg.norm(large.regressor, axis=0)
     basis, triangle = np.linalg.qr(large.regressor / size)
     wanted = np.column_stack([small.regressor, large.left - small.left])

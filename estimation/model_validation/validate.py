@@ -296,7 +296,10 @@ def _validation(
 
 
 def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
-    """Return the tracking error on the estimate's own records; None without records or loops."""
+    """Return the tracking error of the parameters (p,) on the estimate's own records, %.
+
+    None if the records are unknown, or if a loop cannot be simulated.
+    """
     if not own or any(data.record.integrated for data in own):
         return None
     with suppress(ModelError, DataError, EstimationError):

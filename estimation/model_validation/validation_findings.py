@@ -13,6 +13,7 @@ class DoubtfulTimeBase(Finding):
     Attributes
     ----------
     reason : str
+        Warning on the sampling period, see `LawClock.doubt`.
     """
 
     reason: str
@@ -137,6 +138,7 @@ class NoSimulation(Finding):
     Attributes
     ----------
     reason : str
+        Reason why the loop could not be simulated.
     """
 
     reason: str
@@ -151,6 +153,7 @@ class SamplePeriods(Finding):
     of_record, of_fit : float
         Sampling periods, s.
     are_equal : bool
+        True if a record of the fit has the sampling period of the second record.
     """
 
     of_record: float
@@ -169,6 +172,7 @@ class OutputOnRecord(Finding):
         Error (rms) relative to the recorded output (rms), %, on the second record, and the largest
         of the records of the fit.
     holds : bool
+        True if the error on the second record is small, or comparable to that of the fit.
     """
 
     output: str

@@ -115,7 +115,7 @@ class MethodValidation:
 
     @property
     def follows(self) -> bool:
-        """True if the simulated loop is as close to the record as to the estimate's own record."""
+        """True if the errors of the simulated loop are as small as on the estimate's own record."""
         return self.follows_position and is_as_small(
             self.simulation_error_percent, self.own_simulation_error_percent, MAX_VALIDATION_ERROR
         )

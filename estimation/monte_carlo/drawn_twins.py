@@ -194,7 +194,10 @@ def _draws(seed: int, run: int, stream: int) -> AntitheticDraws:
 
 
 def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:
-    """Yield the number and record of each run, or the reason why there is no record."""
+    """Yield the number of each run with its simulated record.
+
+    The record is replaced by a text, the reason, if the simulation fails.
+    """
     made = twin_plan(plan.twin)
     for run in runs:
         try:
@@ -253,7 +256,7 @@ def _at_rest(plan: TwinPlan, position: Array) -> str:
 
 
 def are_lanes(plan: MonteCarloPlan) -> bool:
-    """Return True if runs without a verdict can be batched."""
+    """Return True if runs without a verdict can be simulated and identified in parallel lanes."""
     made, settings = twin_plan(plan.twin), plan.settings
     return (
         len(plan.methods) == len(plan.regressions) == 1
@@ -281,6 +284,7 @@ def twin_lanes(
         Noise: white noise of the position, and noise of the logged control.
     seed : int
     runs : sequence of int
+        Numbers of the runs.
     threads : int or None
         Threads of the simulation.
     """

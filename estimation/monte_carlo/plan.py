@@ -97,12 +97,12 @@ class MonteCarloPlan:
 
     @property
     def regressions(self) -> tuple[str, ...]:
-        """Methods of `identify`."""
+        """Names of the planned methods that are methods of `identify`."""
         return tuple(method for method in self.methods if not fitted_output(method))
 
     @property
     def fits(self) -> tuple[str, ...]:
-        """Methods that are output-error fits."""
+        """Names of the planned methods that are output-error fits."""
         return tuple(filter(fitted_output, self.methods))
 
 

@@ -105,6 +105,7 @@ class BlockNumbers:
     judged : (b,) array of bool
         True for runs with a verdict.
     failures : tuple of FailedRun
+        Failures of these runs.
     """
 
     runs: NDArray[np.int64]
@@ -129,6 +130,7 @@ class _Run:
     checks : dict of str to int, or None
         Status of each check as index in `STATUSES`; None for a run without a verdict.
     failures : list of FailedRun
+        Failures of this run.
     """
 
     run: int

@@ -53,7 +53,7 @@ class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
 
     @classmethod
     def of_truths(cls, truths: NDArray[np.bool_]) -> "Share":
-        """Return the share of True."""
+        """Return the share of True among truth values, (n,)."""
         return cls(int(np.count_nonzero(truths)), len(truths))
 
     @property
@@ -78,6 +78,7 @@ class Mean:
     Attributes
     ----------
     value : float
+        The figure: a mean, or a standard deviation.
     error : float
         Standard error over the runs; not a number for too few runs.
     """

@@ -383,6 +383,7 @@ def _control_noise(
     residuals : (n,) array
         Residuals of the inverse model.
     rows : _InverseModelRows
+        Rows of the inverse model at the estimate.
     chain : Chain
         Sensor noise.
 

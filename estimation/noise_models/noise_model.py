@@ -33,6 +33,7 @@ class AntitheticDraws:
     Attributes
     ----------
     rng : numpy.random.Generator
+        Generator of the numbers.
     sign : float
         1, or -1 for numbers with the opposite sign.
     """
@@ -237,7 +238,10 @@ def _drawn(parts: Autoregressions, rng: AntitheticDraws, samples: int, period: f
 
 @lru_cache(maxsize=32)
 def _response(parts: Autoregressions, period: float, samples: int) -> Array:
-    """Return the amplitude by frequency that turns white noise into these autoregressions."""
+    """Return the amplitude by frequency that turns white noise into a sum of autoregressions.
+
+    The shape is (samples // 2 + 1,); `period` is the sampling period, s.
+    """
     power = np.zeros(samples // 2 + 1)
     for time, deviation in parts:
         if samples > _FORGOTTEN * (time / period):

@@ -136,7 +136,7 @@ def _draws(record: Record, run: int) -> AntitheticDraws:
 
 
 def _paired(count: int) -> list[range]:
-    """Return the runs in pairs of opposite noise."""
+    """Return the numbers of `count` runs in pairs, which have opposite noise."""
     return [range(first, min(first + 2, count)) for first in range(0, count, 2)]
 
 

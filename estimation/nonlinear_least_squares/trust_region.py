@@ -96,8 +96,11 @@ class SearchResult:
     at_bound : (P,) array of int
         -1 at the lower bound, 1 at the upper bound, 0 elsewhere.
     steps : tuple of FitStep
+        All steps of the search.
     cost : float
+        Cost at the final parameters, see `cost_of`.
     converged : bool
+        True if the search converged.
     step_left : float
         Length of the next Gauss-Newton step in standard errors, see `Search`.
     interrupted : bool
@@ -316,7 +319,11 @@ class Search:
         return float(np.linalg.norm(shown @ step)) / noise if noise > 0 else 0.0
 
     def _rows_as_counted(self, at: Array) -> tuple[Array, Array]:
-        """Return weighted residuals and Jacobian, times the root of the loss's derivative."""
+        """Return residuals (n + j,) and Jacobian (n + j, P), times their weights under the loss.
+
+        Weighted residuals and their Jacobian are multiplied by the root of the loss's derivative;
+        those of the j prior values are not.
+        """
         rows = weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         n, jacobian = len(self._weighing.weights), self._jacobian(at)
         slope = self._weighing.counted((rows[:n] / self._weighing.tuning) ** 2)[1]
@@ -356,6 +363,7 @@ def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss
     Parameters
     ----------
     at : (P,) array
+        Parameters.
     errors : (n,) array
         Residuals e.
     unknowns : Unknowns

@@ -139,7 +139,7 @@ class _LargestMove:
     is_beyond: bool
 
     def finding(self, correction: LawCorrection | None = None) -> MovedByLaw:
-        """Return the finding with the correction of the law."""
+        """Return the change as a finding, with the correction of the law, if one is advised."""
         return MovedByLaw(
             differences=self.kind,
             parameter=self.parameter,
@@ -409,7 +409,7 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
 
 
 def steps_check(of: OutputFit) -> Check | None:
-    """Check each recorded position for sudden steps."""
+    """Return the check that no recorded position has sudden steps; None if it applies to none."""
     checks = [
         sudden_steps_check(each, record) for each, record in zip(of.axes, of.records, strict=True)
     ]

@@ -143,7 +143,7 @@ class Sandwich:
 
     @property
     def counted(self) -> BoolArray:
-        """Rows that are measured, (n,)."""
+        """True for rows that are measurements and have weight, (n,)."""
         return self.counts > 0
 
     @cached_property

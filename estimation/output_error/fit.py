@@ -308,6 +308,7 @@ def _searched(
     generated : GeneratedAxis
         Axis with the present value of a time of the drive that is estimated.
     start : str, mapping of str to float, or Estimate
+        Start of the search, as in `fit`.
     time : Parameter or None
         Lag or delay of the drive, if it is estimated.
     horizon : float or None

@@ -80,7 +80,9 @@ class EndOfSearch(Finding):
     Attributes
     ----------
     steps : int
+        Number of steps of the search.
     state : {"interrupted", "converged", "not converged"}
+        Reason why the search ended.
     """
 
     steps: int
@@ -112,7 +114,9 @@ class OpenLoopWindows(Finding):
     steady_horizon : float
         The longest one in which errors do not grow by more than `max_growth`, s.
     max_growth : float
+        Limit of the displacement by an initial velocity, relative to that of a free axis.
     windows, advised_windows : int
+        Number of windows, and the smallest advised number.
     state : {"good", "few", "growing"}
         ``few`` windows, or ``growing`` errors in them.
     """
@@ -187,6 +191,7 @@ class PriorAndRecord(Finding):
     distance : float
         Distance of the prior value from the estimate, in standard errors.
     agree : bool
+        True if the distance is within the limit.
     """
 
     parameter: str
@@ -229,6 +234,7 @@ class FitPrecision(Finding):
         Parameters that cannot be distinguished from 0 and change the output by less than 1 % of the
         largest change by a parameter.
     unidentified : tuple of RelativeError
+        Parameters with a large standard error that are not negligible.
     """
 
     largest_percent: float | None

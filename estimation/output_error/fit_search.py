@@ -99,7 +99,7 @@ class FitSearch:
 
     @property
     def horizon(self) -> float | None:
-        """Length of the windows of an open loop, s."""
+        """Length of the windows of an open loop, s; None for closed loops."""
         return self.predictions.horizon
 
     @property
@@ -109,7 +109,7 @@ class FitSearch:
 
     @property
     def ended(self) -> dict[str, float]:
-        """Parameters where the best search ended, by name."""
+        """Parameters at the end of the best search, SI, by name."""
         return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
 
     def sandwich(self, chosen: BoolArray) -> Sandwich:

@@ -230,6 +230,7 @@ def starts_from(
     asked : str, mapping of str to float or Estimate
         A name of `FIT_STARTS` stands for this start and those that follow it.
     shared : JointRecords
+        The records, with their local and known parameters.
     form : ExtendedForm
         Form with all parameters of the fit.
     gain : str
@@ -367,7 +368,7 @@ def checked_horizon(
 
 
 def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
-    """Return weights of the outputs, NaN where none is given."""
+    """Return the weight of each output, 1/unit of the output; NaN if none is given."""
     weights, most = by_name(given, "weights"), _MAX_WEIGHT
     for name, weight in weights.items():
         if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):

@@ -66,7 +66,7 @@ class FittedParameters:
 
     @property
     def covariance(self) -> Array:
-        """The chosen covariance, (P, P)."""
+        """The reported covariance of the parameters, (P, P)."""
         return self.covariances[self.chosen]
 
     def distribution(self, at_bound: Container[str]) -> SamplingDistribution:
@@ -224,6 +224,7 @@ def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple
     Parameters
     ----------
     of : FitSearch
+        The finished searches.
     sandwich : Sandwich
         Parts of the covariance of all free parameters.
     common : (n,) array or None
@@ -262,6 +263,7 @@ def _covariances(
     Parameters
     ----------
     of : FitSearch
+        The finished searches.
     sandwich : Sandwich
         Parts of the covariance of all free parameters.
     twins : (n, R) array or None
@@ -348,6 +350,7 @@ def _held(
     Parameters
     ----------
     of : FitSearch
+        The finished searches.
     physical, sides : (P,) array
         Parameters minus their bias, and active bounds, as from `_corrected`.
     common : (n,) array or None
@@ -422,6 +425,7 @@ def _parameters(
     held : sequence of ParameterAtBound
         Parameters at bounds, with their one-sided intervals.
     covariances : mapping of str to (P, P) array
+        Covariances by name.
     chosen : str
         Name of the covariance of the intervals.
     dof : (k,) array

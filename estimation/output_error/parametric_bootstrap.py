@@ -159,6 +159,7 @@ def calibrated_covariance(
     Parameters
     ----------
     sandwich : Sandwich
+        Parts of the covariance of the fit to the records.
     errors : (n,) array
         Weighted errors of the records.
     estimates : (k, R) array

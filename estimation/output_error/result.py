@@ -184,13 +184,13 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """Bounds of the fit by parameter."""
+        """Lower and upper bound of the fit, SI, by parameter."""
         u = self.unknowns
         return {n: (float(a), float(b)) for n, a, b in zip(u.names, u.lower, u.upper, strict=True)}
 
     @property
     def fixed(self) -> Mapping[str, float]:
-        """Fixed values by parameter."""
+        """Fixed values, SI, by parameter."""
         u = self.unknowns
         return {u.names[j]: float(u.fixed[j]) for j in np.flatnonzero(~u.free)}
 
@@ -205,7 +205,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def unseen(self) -> tuple[UnseenDirection, ...]:
-        """Parameters, or combinations of them, that no output shows."""
+        """Parameters, or combinations of them, that neither outputs nor prior values show."""
         return named_directions(*self.not_shown, self.names)
 
     @property

@@ -58,6 +58,7 @@ class _Windows:
     period : float
         s
     position, control : (N, w) array
+        Recorded position and acting control, one column for each window.
     counted : (N, w) array
         1 for samples that are measurements, 0 for others.
     signals : tuple of (N, w) array
@@ -93,7 +94,7 @@ class _Windows:
         return np.array([reach, reach / (len(self.position) * self.period)])
 
     def cut(self, values: Array) -> Array:
-        """Cut values of the record's samples into windows, (N, w)."""
+        """Return values of the record's samples as one column for each window, (N, w)."""
         inside = values[self.first : self.first + self.position.size]
         return np.ascontiguousarray(inside.reshape(self.count, -1).T)
 
@@ -286,7 +287,7 @@ def default_horizon(records: Sequence[Record]) -> float:
 
 
 def _size(horizon: float, period: float) -> int:
-    """Return the number of samples of a window."""
+    """Return the number of samples of a window, from its length and the sampling period, s."""
     return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
@@ -312,7 +313,11 @@ def _follow(w: _Windows, theta: Array) -> None:
 
 
 def _moved(w: _Windows, theta: Array) -> Array:
-    """Return residuals (N, 5, w) from the initial states, and with a step of each up and down."""
+    """Return the residuals of windows, (N, 5, w), with five initial states.
+
+    These are the present initial state, then the position a step higher and lower, then the
+    velocity a step higher and lower. `theta`, (p,), are the parameters.
+    """
     shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * w.steps[:, None]
     states = (w.first_states[:, None, :] + shifts[:, :, None]).reshape(2, -1)
     errors, failed = w.errors(np.tile(theta, (5, 1)), states)

@@ -40,7 +40,7 @@ _ADDED_SHARE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchResiduals:
-    """Simulated minus recorded outputs of lanes.
+    """Simulated minus recorded outputs of several parameter sets, each of which is a lane.
 
     Attributes
     ----------
@@ -188,11 +188,13 @@ class OutputResiduals(ABC):
 
     @abstractmethod
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
-        """Yield the residuals of each piece with parameters (B, P), and failures by lane."""
+        """Yield the residuals of each piece for parameters (B, P), (n, B), and failures by lane."""
 
     @abstractmethod
     def settle(self, physical: Array) -> None:
-        """Choose at parameters (P,) the settings for all lanes near them, as steps per sample.
+        """Choose the settings of simulations with parameters near given ones, (P,).
+
+        Settings are the steps per sample, and the initial states of windows.
 
         Raises
         ------
@@ -417,6 +419,7 @@ def jacobian_at(
     scale : (P,) array
         Scale of each parameter; the step is `STEP` times the scale.
     lower, upper : (P,) array
+        Bounds of the parameters, which no step exceeds.
     free : (P,) array of bool, optional
         True for free parameters; all by default.
 
@@ -453,7 +456,10 @@ def jacobian_at(
 
 
 def _steps(step: float, below: float, above: float) -> Iterator[tuple[float, float]]:
-    """Yield pairs of steps within the room below and above: central, one-sided, then shorter."""
+    """Yield pairs of steps for a difference: central, one-sided, then shorter ones.
+
+    Steps stay within the distances `below` and `above` to the bounds.
+    """
     for share in _SHORTER:
         h = share * step
         for pair in ((-h, h), (h, 2 * h), (-2 * h, -h)):

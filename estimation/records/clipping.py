@@ -108,6 +108,7 @@ class _Signal:
     Attributes
     ----------
     values : (N,) array
+        Values of the signal, SI.
     kept_for : int
         Number of samples for which each value is held.
     quantum : float

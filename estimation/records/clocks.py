@@ -33,13 +33,19 @@ def _split() -> str:
 
 
 def long_steps(time: Array, most: float) -> NDArray[np.intp]:
-    """Return the steps of a time, (N,), that are longer than `most` median steps."""
+    """Return the indices of time steps that are longer than `most` median steps, (k,).
+
+    Step i is that from time i to time i + 1.
+    """
     steps = np.diff(time)
     return np.flatnonzero(steps > most * np.median(steps)) if len(steps) else np.zeros(0, np.intp)
 
 
 def _is_rare(count: int, steps: int) -> bool:
-    """Return True if a number of odd steps may be faults of single samples instead of jitter."""
+    """Return True if irregular time steps are so few that they are faults of single samples.
+
+    Many irregular steps are jitter. `count` is their number, `steps` that of all steps.
+    """
     return count <= max(0.01 * steps, 1)
 
 
@@ -76,7 +82,7 @@ def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> 
 
 
 def share_clock(columns: RoleColumns) -> bool:
-    """Return True if all columns have the same clock."""
+    """Return True if all columns have the same times."""
     shared = columns.motion.times
     clocks = [s.times for s in columns.samples.values()]
     return all(clock is shared or np.array_equal(clock, shared, equal_nan=True) for clock in clocks)

@@ -249,7 +249,7 @@ class Record(Presentable, Exact):
         Returns
         -------
         Record
-            Without the samples at the ends of each segment that have no counterpart.
+            Shifted record without the samples at the ends of each segment that have no counterpart.
 
         Raises
         ------
@@ -336,14 +336,20 @@ class Record(Presentable, Exact):
 
     @property
     def commanded(self) -> Array | None:
-        """The reference that the law follows, including a test signal added to it, (N,)."""
+        """The reference that the law follows, including a test signal added to it, (N,).
+
+        None if the record has no reference.
+        """
         if self.reference is None or self.injected is None or self.injected_at != "reference":
             return self.reference
         return self.reference + self.injected
 
     @property
     def added_control(self) -> Array | None:
-        """The test signal added to the control, in the drive's unit, (N,), or None."""
+        """The test signal added to the control, in the drive's unit, (N,).
+
+        None if there is no test signal, or if it was added to the reference.
+        """
         return self.injected if self.injected_at == "control" else None
 
     def __len__(self) -> int:
@@ -358,13 +364,17 @@ class Record(Presentable, Exact):
         return {**{r: v for r, v in roles.items() if v is not None}, **self.signals}
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
-        """Return the record with other columns, as in `channels`, without `sampled`."""
+        """Return the record with all columns replaced, and `changed` values of attributes.
+
+        `columns` has the new columns by role or name, as in `channels`. The samples before
+        resampling (`sampled`) are dropped.
+        """
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
         roles["signals"] = {name: columns[name] for name in self.signals}
         return replace(self, **{"sampled": None, **roles, **changed})
 
     def with_values(self, **columns: Array) -> "Record":
-        """Return the record with other values of some columns; only these are checked."""
+        """Return the record with new values of some columns, by role; only these are checked."""
         changed, name = object.__new__(type(self)), self._name()
         settle(changed, **{each.name: getattr(self, each.name) for each in fields(self)})
         settle(changed, **{r: checked_column(name, r, values) for r, values in columns.items()})

@@ -101,6 +101,7 @@ def samples_within(
     time : (N,) array
         s
     windows : sequence of Window
+        First and last time of each window, s.
     fewest : int
         Fewest samples of a window.
 
@@ -165,6 +166,7 @@ def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int
     Parameters
     ----------
     windows : sequence of Window
+        First and last time of each window, s.
     spans : sequence of (int, int)
         First sample and the one after the last of each window.
     samples : int

@@ -188,6 +188,7 @@ class Shift:
     Attributes
     ----------
     amount : float
+        Size of the shift; negative to earlier times.
     in_seconds : bool
         True for an amount in s, False for samples of the column.
     """
@@ -344,7 +345,7 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
 def shifted_rows(
     source: str, clock: Array, shifts: Mapping[str, Shift]
 ) -> tuple[Rows, dict[str, Rows], list[Repair]]:
-    """Return the rows that every shifted column has, and the rows of these columns before.
+    """Return the rows that remain after shifts of columns, and their counterparts in these columns.
 
     The counterpart of a row is the row of a shifted column that the shift moves to it. A row at an
     end of the log, or across a gap, has no counterpart and is left out.
@@ -356,6 +357,7 @@ def shifted_rows(
     clock : (N,) array
         Time of all columns, s.
     shifts : mapping of str to Shift
+        Shifts by role.
 
     Returns
     -------

@@ -288,6 +288,7 @@ class _Course:
         Parameters
         ----------
         excursions : (N,) array
+            Excursion of each sample, see `_Course`.
         order : (K,) array of int
             Samples in the order of decreasing excursions.
         moves : (K + 1,) array
@@ -371,7 +372,10 @@ def _largest(excursions: Array, most: int) -> Places:
 
 
 def _ranks(order: Places, size: int) -> IntArray:
-    """Return the place of each sample in an order; the length of the order for other samples."""
+    """Return the rank of each of `size` samples in an order of samples, (size,).
+
+    Samples that are not in the order have its length as rank.
+    """
     rank = np.full(size, len(order))
     rank[order] = np.arange(len(order))
     return rank

@@ -203,6 +203,7 @@ def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulu
     places, gaps : (k,) array of int
         Steps from which jumps were removed, and steps across gaps.
     modulus : Modulus
+        Modulus by which the position was unwrapped.
     """
     bends = np.abs(np.diff(unwrapped, 3)) / 2
     special = np.zeros(len(unwrapped) - 1, dtype=bool)

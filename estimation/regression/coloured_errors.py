@@ -306,7 +306,9 @@ def clustered_covariance(
     columns : (n, k) array
         Influence A: the change of each parameter by each error.
     errors : (n,) array
+        Errors of all windows.
     windows : sequence of slice
+        Rows of each window.
 
     References
     ----------

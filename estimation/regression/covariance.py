@@ -55,6 +55,7 @@ def applied_covariance(
     Parameters
     ----------
     matrix : (k, k) array
+        Covariance before the correction for small samples.
     shape : (int, int)
         Rows n and parameters k.
     note : CovarianceNote or str
@@ -91,7 +92,10 @@ class PublishedCovariance(Covariance):
 
 @dataclass(frozen=True, slots=True)
 class Classical(Covariance):
-    """``sigma^2 A'A``, with ``n - k``, for independent residuals of equal variance."""
+    """Covariance ``sigma^2 A'A`` for independent residuals of equal variance.
+
+    The variance sigma^2 is estimated with ``n - k`` degrees of freedom.
+    """
 
     has_one_variance = True
 
@@ -105,7 +109,10 @@ class Classical(Covariance):
 
 @dataclass(frozen=True, slots=True)
 class Robust(Covariance):
-    """``A' diag(e^2) A``, times ``n/(n - k)`` (HC1): independent residuals of any variance."""
+    """Covariance ``A' diag(e^2) A``, times ``n/(n - k)`` (HC1).
+
+    It is for independent residuals of any variance.
+    """
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
         """Return the covariance for independent residuals of any variance, (k, k)."""
@@ -236,7 +243,9 @@ def bartlett_sum(scores: Array, lags: int) -> Array:
     Parameters
     ----------
     scores : (n, k) array
+        Scores of each row.
     lags : int
+        Largest lag.
     """
     width = lags + 1
     summed = np.zeros((len(scores) + width, scores.shape[1]))

@@ -47,7 +47,10 @@ class Equations:
     regressor: Array
 
     def reduced(self, data: FilteredRecord) -> "Equations":
-        """Return the rows after the record's decimation filter, the same for every column."""
+        """Return the rows after the decimation filter of a record.
+
+        Left side, intercept and every column of the regressor pass the same filter.
+        """
         k = self.regressor.shape[1]
         known = (self.intercept,) if np.any(self.intercept) else ()
         rows = data.reduce(np.column_stack([self.regressor, self.left, *known]))
@@ -67,7 +70,7 @@ class Equations:
 
     @classmethod
     def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":
-        """Concatenate the rows of several equations."""
+        """Return the rows of several equations as one regression."""
         if len(pieces) == 1:
             return pieces[0]
         return cls(

@@ -132,6 +132,7 @@ class CovarianceEstimate:
     Attributes
     ----------
     matrix : (k, k) array
+        Covariance of the parameters.
     freedom : (k,) array
         Degrees of freedom by parameter: those of the chi-squared distribution that has the relative
         uncertainty of the estimated variance.
@@ -318,7 +319,10 @@ def instrumental_variables(
 
 
 def condition_number(X: Array) -> float:
-    """Return the ratio of largest to smallest singular value, not scaled; infinite without rows."""
+    """Return the condition number of columns (n, k) that are not scaled; infinite without rows.
+
+    It is the ratio of the largest to the smallest singular value.
+    """
     return float(np.linalg.cond(X)) if len(X) else np.inf
 
 

@@ -26,6 +26,7 @@ class Drawn(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"
     Attributes
     ----------
     median : float
+        Median over the draws.
     interval : (float, float)
         The 2.5 % and the 97.5 % quantile.
     draws : int
@@ -143,9 +144,11 @@ def draw_parameters(
     ----------
     form : Form
     theta, covariance : (k,) and (k, k) arrays
+        Parameters of the regression and their covariance.
     freedom : (k,) array
         Degrees of freedom of each parameter, as for the intervals.
     draws, seed : int
+        Number of draws, and seed of the random numbers.
 
     Returns
     -------

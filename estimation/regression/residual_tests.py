@@ -44,6 +44,7 @@ class ResidualTests(Exact):
         ``sum (e_t - e_(t-1))^2 / sum e_t^2``: 2 for independent neighbours, near 0 for strongly
         correlated ones; not a number if no row follows another.
     autocorrelation : Autocorrelation
+        Autocorrelation of the residuals by lag.
     """
 
     durbin_watson: MaybeNan
@@ -58,6 +59,7 @@ def residual_tests(
     Parameters
     ----------
     residuals : (n,) array
+        Residuals of the rows.
     lags : int, optional
         Largest lag of the autocorrelation; ``min(10 log10 n, n/5)`` by default.
     neighbours : RowTimes, optional
@@ -92,6 +94,7 @@ def power_density(
     Parameters
     ----------
     values : (n,) or (n, k) array
+        Values of the rows.
     rate : float
         Row frequency, Hz.
     neighbours : RowTimes

@@ -75,6 +75,7 @@ def acting_control(
     ----------
     axis : GeneratedAxis
     control : (N,) array
+        Recorded control, in the drive's unit.
     starts : sequence of int
         First samples of the stretches.
     period : float
@@ -199,7 +200,11 @@ class DriveReplay:
 
 
 def _lagged_linear(forces: Array, response: Response, logged: str) -> Array:
-    """Return the force after delay and lag at the samples, for linearly interpolated forces."""
+    """Return the force after delay and lag at the samples, (N,).
+
+    The forces without delay and lag, (N,), are interpolated linearly between the samples. `logged`
+    is as in `lagged_force`.
+    """
     delay = response.whole + response.share if logged == "command" else 0.0
     samples = np.arange(float(len(forces)))
     x = np.interp(samples - delay, samples, forces)

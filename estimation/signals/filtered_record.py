@@ -224,7 +224,11 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def acting_control(self) -> Array | None:
-        """Control that the drive's force follows, (N,); its mean over a period where known."""
+        """Control that the drive's force follows, in the drive's unit, (N,).
+
+        It is the mean from each sample to the next if `between` is known. None without a recorded
+        control.
+        """
         control = self.record.control
         if control is None:
             return None
@@ -233,7 +237,10 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def force_by_gain(self) -> Array:
-        """Derivative of the force by the logarithm of the drive gain, (N,); 0 if measured."""
+        """Derivative of the force by the logarithm of the drive gain, (N,).
+
+        It is 0 if the force was measured, or without a control.
+        """
         control = self.acting_control
         if self.record.force is not None or control is None:
             return np.zeros(len(self))

@@ -392,6 +392,7 @@ class Sections:
     Attributes
     ----------
     sections : (s, 6) array
+        Coefficients of each second-order section.
     settled : (s, 2) array
         State of the sections after a unit step has settled.
     padding : int
@@ -411,6 +412,7 @@ def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
     Parameters
     ----------
     order : int
+        Order of the filter.
     edge : float
         Cut-off frequency relative to the Nyquist frequency.
     ripple : float

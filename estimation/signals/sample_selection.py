@@ -51,7 +51,7 @@ class RowTimes:
 
     @classmethod
     def joined(cls, pieces: Sequence["RowTimes"]) -> "RowTimes":
-        """Concatenate pieces so that rows of different pieces are not neighbours."""
+        """Return the times of all pieces, so that rows of different pieces are not neighbours."""
         if len(pieces) == 1:
             return pieces[0]
         places, following = [], 0
@@ -82,7 +82,7 @@ class RowTimes:
         return np.diff(np.concatenate([[0], self.breaks, [len(self)]]))
 
     def split(self, values: Array) -> list[Array]:
-        """Split values, (n,) or (n, k), into stretches without gaps."""
+        """Return values, (n,) or (n, k), split into stretches without gaps."""
         return list(np.split(values, self.breaks))
 
     def on_grid(self, values: Array, reach: int) -> Array:
@@ -113,7 +113,10 @@ class RowTimes:
         return np.array([placed[lag:].T @ placed[: max(rows - lag, 0)] for lag in range(lags + 1)])
 
     def pairs(self, lag: int) -> tuple[Index, Index]:
-        """Return the indices of pairs of rows a lag of 0 or more apart: later and earlier rows."""
+        """Return the indices of all pairs of rows that are a lag (0 or more) apart.
+
+        The first value has the later rows, the second one the earlier rows.
+        """
         if self.whole:
             return slice(lag, None), slice(0, max(len(self) - lag, 0))
         wanted = self.places - lag

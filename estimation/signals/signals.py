@@ -55,6 +55,7 @@ def hold_mean(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array
     Parameters
     ----------
     values : (N,) array
+        Held values at the samples.
     starts : sequence of int
         First samples of the segments.
     delay : float

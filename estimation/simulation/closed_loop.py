@@ -360,6 +360,7 @@ def simulate_batch(
     memory : (B, m) array_like, optional
         State of each drive, as in `simulate`.
     position_noise : (N, B) array_like, optional
+        Noise that is added to the position that the law measures.
     injected : (N,) or (N, B) array_like, optional
         Test signal that is added to the control; one signal for all lanes, or one column for each.
     signals : mapping of str to (N,) or (N, B) array_like, optional
@@ -495,6 +496,7 @@ def _run_in_groups(
     visited : tuple of str
         Signals from which the steps are chosen; empty for constant steps.
     threads : int or None
+        Number of threads; None for that of the processors.
 
     Returns
     -------
@@ -580,7 +582,7 @@ def _at_samples_of_log(
 def _first_steps(
     axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, substeps: int | None
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Return True for lanes that can run in a group, and the first steps per sample of each."""
+    """Return True for lanes that can run in a group, and first steps per sample, (B,) each."""
     has_mass, friction_holds, rates = at_rest(
         axis, parameters, inputs.start.position, inputs.first_signals
     )
@@ -650,7 +652,7 @@ def _of_lane(signals: Mapping[str, Array], lane: int) -> dict[str, Array]:
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
-    """Return the steps per sample that parameters (p,) need, for use with parameters nearby.
+    """Return the number of steps per sample that parameters (p,) and similar ones need.
 
     Parameters
     ----------

@@ -152,7 +152,10 @@ def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
 def _wave_numbers(
     axis: GeneratedAxis, q: Array, parameters: Array, signals: Sequence[Array]
 ) -> Array:
-    """Return the largest wave numbers of the acceleration over position; 0 for a polynomial."""
+    """Return the largest wave number of the acceleration over the position, at each position, (n,).
+
+    It is 0 for a polynomial in the position.
+    """
     if "wave_number" not in axis.functions:
         return np.zeros(len(q))
     return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
@@ -296,7 +299,10 @@ _OFF = 1e-6  # offset of the reference from the position for the stiffness of th
 
 
 def loop_settings(inputs: LoopInputs, substeps: int) -> LoopSettings:
-    """Return the settings of loops; beyond 100 times the commanded travel a loop has diverged."""
+    """Return the numerical settings of loops with a number of steps per sample.
+
+    A loop has diverged beyond 100 times the commanded travel.
+    """
     away = np.abs(inputs.start.position - inputs.reference[0])
     most = _RUNAWAY_RATIO * np.maximum(np.ptp(inputs.reference, axis=0), away)
     return LoopSettings(

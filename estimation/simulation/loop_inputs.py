@@ -55,7 +55,7 @@ class TwoClocks:
 
     @property
     def times(self) -> Array:
-        """Times of the evaluations up to the one after the last sample, in samples of the log."""
+        """Times of the evaluations, in samples of the log, up to the one after the last sample."""
         last = (self.samples - 1) * self.log_period - self.first
         count = math.floor(last / self.law_period + _COINCIDES) + 2
         return np.asarray((self.first + self.law_period * np.arange(count)) / self.log_period)
@@ -83,7 +83,10 @@ class TwoClocks:
         return self._smooth[0][1]
 
     def mean_held(self, values: Array) -> Array:
-        """Return the mean until the next evaluation of a signal held between samples, (M,)."""
+        """Return the mean of a held signal from each evaluation to the next, (M,).
+
+        The signal is held between the samples of the log.
+        """
         if self.law_period <= self.log_period:
             return self.held(values)
         until = np.concatenate([0 * values[:1], np.cumsum(values, axis=0)])
@@ -101,7 +104,7 @@ class TwoClocks:
 
 
 def straight(times: Array, values: Array) -> Array:
-    """Interpolate values, (N, ...), linearly at times in samples, (M, ...)."""
+    """Return values of samples, (N, ...), interpolated linearly at times in samples, (M, ...)."""
     rows = np.arange(len(values))
     return np.asarray(np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values))
 
@@ -115,6 +118,7 @@ def clocks_of(law: ControlLaw, samples: int, period: float) -> TwoClocks | None:
     ----------
     law : ControlLaw
     samples : int
+        Number of samples of the reference.
     period : float
         Period of the reference, s.
 
@@ -160,6 +164,7 @@ def at_log_samples(
     signals : dict of str to (M,) array
         Signals by the names of `SIGNALS`; NaN after an early end of the simulation.
     clocks : TwoClocks
+        Times of the law's evaluations along the log.
     recorded : sequence of (M,) array
         The recorded signals of the axis's declaration, at the evaluations.
     substeps : int

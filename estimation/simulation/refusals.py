@@ -377,7 +377,9 @@ def at_rest(
     axis : GeneratedAxis
     parameters : (B, p) array
     position : (B,) array
+        Position of each lane.
     recorded : (s,) or (s, B) array
+        Recorded signals, for all lanes or for each lane.
 
     Returns
     -------

@@ -32,6 +32,7 @@ class Simulation(Signals):
     Attributes
     ----------
     time : array
+        Times of the samples, s.
     control : array
         In the drive's unit.
     direction_before : array
@@ -237,7 +238,10 @@ def _balance(
 
 @lru_cache(maxsize=32)
 def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
-    """Return functions of the undelayed control of the law and of its derivatives by the state."""
+    """Return two functions: the undelayed control of the law, and its derivatives by the state.
+
+    The arguments of both are the signals that the law reads, and its state.
+    """
     law, function = law_of(axis), axis.functions["control_law"]
     names = function.name_in()
     output, row = ("next_state", len(law.memory)) if law.delay else ("control", 0)

@@ -35,6 +35,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     Parameters
     ----------
     moves : tuple of Move
+        Consecutive moves of the axis.
     period : float
         Sampling period, s.
 
@@ -222,9 +223,11 @@ class TwinPlan:
     ----------
     axis : GeneratedAxis
     experiment : Experiment
+        Declared experiment: noise, encoder resolution, seed and moves.
     truth : (p,) array
         True values of the axis's parameters.
     reference : (N,) array
+        Reference at the samples of the log.
     period : float
         Sampling period of the log, s.
     clocks : TwoClocks or None

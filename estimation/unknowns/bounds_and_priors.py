@@ -116,6 +116,7 @@ def bounded_quadratic_minimum(
     Parameters
     ----------
     lower, upper : (k,) array
+        Bounds of the parameters.
     at : (k,) array
         Parameters at which gradient and J are known.
     rows : (n, k) array
@@ -153,6 +154,7 @@ def unknowns_of(
     prior : mapping of str to (float, float)
         Value and standard deviation.
     fixed : mapping of str to float
+        Fixed values by name, SI.
 
     Raises
     ------

@@ -249,7 +249,11 @@ def joint_form_of(
 
 
 def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]:
-    """Return names of declared parameters, for a base parameter the first term of its sum."""
+    """Return names of declared parameters for given names, each once.
+
+    The name of a base parameter, which is a sum, is replaced by that of the first declared
+    parameter in the sum.
+    """
     declared, base = axis.declared.parameters, axis.base
     leads = {
         q.name: next(

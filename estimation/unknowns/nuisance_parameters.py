@@ -75,7 +75,7 @@ class ExtendedForm(InverseForm):
 
     @property
     def more(self) -> tuple[Parameter, ...]:
-        """All nuisance parameters."""
+        """All nuisance parameters in the order in which they follow those of the model."""
         starts = (p for start in self.starts.values() for p in start.values())
         return (*self.drive_gain, *self.gains, *starts, *self.time)
 

@@ -385,7 +385,7 @@ class Axis:
     def sampled_signals(self) -> frozenset[str]:
         """Return the names of the recorded signals that the law or the drive reads.
 
-        With a sampled law they are read once a sample.
+        If the law is sampled, each signal is read once per sample of the law.
         """
         used = self._used_signals
         law_and_drive = used["the control law"] | signals_in(self.drive.force, self.drive.inverse)

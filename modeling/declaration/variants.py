@@ -172,7 +172,7 @@ def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
     Parameters
     ----------
     what : str
-        What is to be done to the parameters, for the message: ``fix``, ``leave out``.
+        What the caller does to the parameters, for the message: ``fix`` or ``leave out``.
     """
     check_axis(axis)
     declared = [p.name for p in axis.parameters]

@@ -94,7 +94,7 @@ def check_symbol(name: str, what: str, *, control: bool = False) -> None:
     Raises
     ------
     ModelError
-        As `check_name` does, and for ``pi`` and ``G``.
+        If `check_name` refuses the name, or if it is ``pi`` or ``G``.
     """
     check_name(name, what)
     if name in _CONSTANTS and not (control and name == "G"):

@@ -71,7 +71,10 @@ def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """Return the table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
+    """Return the table ``[parameters]`` of a declaration, and the estimates as ``[identified]``.
+
+    If the parameters are base parameters, which the declaration does not have, only the second.
+    """
     (method,) = methods
     estimate = fitted.values(method)
     if fitted.model.base.changed:
@@ -107,7 +110,10 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def _declared(parameter: Parameter, v: Value) -> str:
-    """Return a parameter of a declaration, without a bound that the estimate violates."""
+    """Return the line of a declared parameter, with the estimate as its nominal value.
+
+    A bound that the estimate violates is omitted and named in a comment.
+    """
     nominal = v.corrected
     fields = {"unit": toml_text(parameter.unit), "nominal": repr(nominal)}
     said = ""
@@ -126,7 +132,7 @@ def _declared(parameter: Parameter, v: Value) -> str:
 
 
 def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """Return a ``tabular`` of value and standard error, which needs no package."""
+    """Return a LaTeX ``tabular`` of values and standard errors, which needs no package."""
     estimates = [fitted.values(method) for method in methods]
     header = ["", "unit", *(method.upper() for method in methods)]
     chosen = dict.fromkeys(COVARIANCES[v.chosen].label for e in estimates for v in e.values())
@@ -177,27 +183,28 @@ def export(
     dead_zone: float = 0.0,
     record: int | None = None,
 ) -> str:
-    """Write an identified axis as a feed-forward function, or its parameters as a table.
+    """Return an identified axis as text: feed-forward functions, or a table of its parameters.
 
     Parameters
     ----------
     result : Identification, SavedIdentification, str or Path
         Result, or the file that ``axisid identify --json`` wrote.
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
-        A row of `TARGETS`. The first three are functions from the motion to force and to control:
-        C99 with <math.h> only, IEC 61131-3 Structured Text, plain Python for numbers and arrays.
+        Format, one of `TARGETS`. The first three are functions from the motion to force and to
+        control: C99 with <math.h> only, IEC 61131-3 Structured Text, plain Python for numbers and
+        arrays.
     axis : Axis, str or Path, optional
-        The axis that was identified, or what `load_axis` takes; needed for a file of an axis
+        The axis that was identified, or an argument of `load_axis`; needed for a file of an axis
         outside the library.
     method : str, optional
-        By default the one that the verdict judges (``idm-iv`` if there is one); JSON, CSV and LaTeX
-        then contain all.
+        Method whose estimate is exported. By default the one that the verdict judges (``idm-iv`` if
+        there is one); JSON, CSV and LaTeX then contain all methods.
     dead_zone : float
         Speed up to which the functions use the friction direction 0, in the coordinate's unit per
         second. If it is 0, the direction is 0 at rest only.
     record : int, optional
-        Number of one of several records, from 1: its own parameters (`local`, or known for it) with
-        those of all records. Needed if there are such.
+        Number of one of several records, from 1, whose own parameters (`local`, or known for it)
+        are exported with the common ones. Needed if records have parameters of their own.
 
     Raises
     ------
@@ -235,6 +242,7 @@ def export(
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:
+    """Return the feed-forward of an axis with the estimates of a method as its parameters."""
     axis, estimate = fitted.model.axis, fitted.values(method)
     label = COVARIANCES[next(iter(estimate.values())).chosen].label
     origin = f" (sha256 {fitted.sha256})" if fitted.sha256 else ""

@@ -79,7 +79,7 @@ DISTRIBUTION_FILES = {
 
 
 def run_study(progress: Progress | None = None) -> dict[str, Identification]:
-    """Identify the twin of `emps2015` by the paper's methods under both filters, by their names."""
+    """Return the paper's four estimates of the twin of `emps2015`, by name of the filter."""
     axis = build(load_axis("emps2015"))
     record = twin_record(axis)
     filters = with_progress(FILTERS.items(), progress, lambda f: f"filter of {f[1].cutoff:g} Hz")
@@ -108,7 +108,7 @@ def study_table(study: Mapping[str, Identification], number: int) -> TableBlock:
 
 
 def write_study(study: Mapping[str, Identification], folder: Path) -> list[Path]:
-    """Write tables, figures and both results into a folder.
+    """Write tables, figures and both results into a folder, and return the files.
 
     Raises
     ------
@@ -127,6 +127,10 @@ def write_study(study: Mapping[str, Identification], folder: Path) -> list[Path]
 
 
 def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> TableBlock:
+    """Return a table of estimates of several methods, next to the published ones.
+
+    `table` is the published table, from ``published.toml``.
+    """
     result = study["appropriate" if table["appropriate"] else "inappropriate"]
     published, is_mapped = table["published"], table.get("mapped", False)
     estimates = [result[method] for method in table["methods"]]
@@ -172,6 +176,10 @@ def _with_published(value: Value, paper: float, paper_sd: float | None = None) -
 
 
 def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> TableBlock:
+    """Return a table of the iterations of one method, next to the published ones.
+
+    `table` is the published table, from ``published.toml``.
+    """
     method, published = table["method"], table["published"]
     estimate = study["appropriate"][method]
     labels = [
@@ -203,7 +211,7 @@ def _significant(value: float) -> str:
 def run_distributions(
     runs: int, *, seed: int = 1, jobs: int = 1, progress: Progress | None = None
 ) -> dict[str, MonteCarlo]:
-    """Identify many twins of `emps2015` by all methods of the tables, by filter.
+    """Return a Monte-Carlo study of `emps2015` by the paper's methods, by name of the filter.
 
     Parameters
     ----------
@@ -212,6 +220,7 @@ def run_distributions(
     seed, jobs
         As in `monte_carlo`.
     progress : callable, optional
+        As in `monte_carlo`.
 
     Raises
     ------
@@ -235,7 +244,7 @@ def run_distributions(
 
 
 def distributions_document(found: Mapping[str, MonteCarlo]) -> Document:
-    """Return the estimates of every method and filter, and the findings."""
+    """Return the studies of both filters as tables of estimates, with their findings."""
     studies = {name: written_study(result) for name, result in found.items()}
     return (
         *(
@@ -249,7 +258,7 @@ def distributions_document(found: Mapping[str, MonteCarlo]) -> Document:
 
 
 def write_distributions(found: Mapping[str, MonteCarlo], folder: Path) -> list[Path]:
-    """Write the tables and the figures of both filters into a folder.
+    """Write the tables and the results of both filters into a folder, and return the files.
 
     Raises
     ------

@@ -1,5 +1,7 @@
 """Logs of twins: of one machine, or of many whose true values scatter and drift from day to day.
 
+A twin is a simulated machine with known true values.
+
 In: an axis, a description of its twins. Out: logs that `read_record` reads without options, a
 manifest with the truth. Knows nothing of the identification of a log, and of the command line.
 """
@@ -39,13 +41,14 @@ MANIFEST = "manifest.csv"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwinMachines:
-    """Twins whose true values differ, each with a log a day.
+    """Twins of one axis whose true values differ, each with one log per day.
 
     Attributes
     ----------
     axis : GeneratedAxis
-        With an experiment and its true values.
+        Axis that declares an experiment with true values.
     count, days : int
+        Number of machines, and of days.
     scatter : mapping of str to float
         By parameter, the relative standard deviation between machines, at most 1; by ``""`` that of
         all others.
@@ -53,7 +56,7 @@ class TwinMachines:
         By parameter, its relative change per day, at most 1. Its sign must not change until the
         last day.
     noise : Chain or None
-        Noise; None uses that of the experiment.
+        Noise of the measurements; None uses that of the experiment.
     seed : int
         Seed of all: adding machines and days changes no existing ones.
     sample_period : float or None
@@ -140,12 +143,12 @@ class TwinMachines:
         }
 
     def record(self, machine: int, day: int) -> Record:
-        """Return the log of a machine on a day.
+        """Return the log of a machine on a day, both numbered from 0.
 
         Raises
         ------
         AxisidError
-            Its loop runs away.
+            The simulated loop is unstable.
         """
         axis = self.axis
         if self.scatter or self.drift:
@@ -157,16 +160,16 @@ class TwinMachines:
         return replace(made, provenance=replace(made.provenance, source=source))
 
     def date(self, day: int) -> str:
-        """Return the date of a log, if a machine has several."""
+        """Return the date of the logs of a day; empty if there is only one day."""
         return (_FIRST_DAY + timedelta(days=day)).isoformat() if self.days > 1 else ""
 
     def serial(self, machine: int) -> str:
-        """Return its number, from 1."""
+        """Return the serial number of a machine as text, from ``0001``."""
         return f"{machine + 1:04}"
 
 
 def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
-    """Return the content of a log with the units of its columns and the truth of its twin.
+    """Return the content of a log file, with the units of its columns and the true values.
 
     Raises
     ------
@@ -182,12 +185,13 @@ def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
 
 
 def write_twin(machines: TwinMachines, file: str | Path) -> Path:
-    """Write the log of one machine, whole or not at all.
+    """Write the log of the first machine on the first day, and return its path.
+
+    The file is written completely or not at all.
 
     Parameters
     ----------
     machines : TwinMachines
-        Twins, of which the first is written.
     file : str or Path
         Ends in ``.csv`` or ``.parquet``, which needs pyarrow.
 
@@ -284,7 +288,7 @@ def _log_names(machines: TwinMachines, ending: str) -> dict[str, tuple[int, int]
 
 
 def _from(folder: Path, axis: str) -> str:
-    """Return the name of an axis; a file relative to a folder."""
+    """Return the name of an axis for a manifest; that of a file is relative to a folder."""
     file, variable = axis_file(axis)
     if file.suffix not in (".py", ".toml"):
         return axis

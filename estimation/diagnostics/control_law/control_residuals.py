@@ -138,7 +138,7 @@ def settling(law: ControlLaw) -> int:
 
 
 def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float:
-    """Return the residual of a law in percent of the recorded control."""
+    """Return the residual of a law in the samples that count, percent of the control (rms)."""
     control, made, used, _ = compared_with_law(axis, law, record)
     return relative_error_percent((control - made)[used], control[used])
 
@@ -248,10 +248,9 @@ def open_for_jitter(
     """Return the uncertainty of the control by jitter, percent, where it may explain the residual.
 
     Jitter is the irregularity of the sample times. The law may have read positions at even times,
-    with other noise than the log.
-
-    None where it cannot: the control of the law changes too little by the jitter, or by noise that
-    the law measured at other times than the log.
+    with other noise than the log. The uncertainty is the change of the law's control by such noise.
+    None where it cannot explain the residual: the control of the law hardly depends on the jitter,
+    or the residual is clearly larger than the effect of the noise.
 
     Parameters
     ----------
@@ -274,14 +273,14 @@ def open_for_jitter(
 
 
 def _even_times(record: Record) -> Array:
-    """Return the even times nearest to the times of a record without gaps, (N,), s."""
+    """Return the evenly spaced times nearest to those of a record without gaps, (N,), s."""
     count, first = np.arange(len(record), dtype=float), record.time[0]
     line = np.polyfit(count, record.time - first, 1)
     return np.asarray(np.polyval(line, count) + first, dtype=float)
 
 
 def _evenly(record: Record, *roles: str) -> Record:
-    """Return a record without gaps with columns interpolated at even times, by splines."""
+    """Return a record without gaps with the columns `roles` interpolated at evenly spaced times."""
     times, columns = _even_times(record), record.channels()
     even = {role: at_times(times, record.time, columns[role], "spline") for role in roles}
     return record.with_channels({**columns, **even})

@@ -118,7 +118,7 @@ class Explanation:
 
     @property
     def turns_a_sign(self) -> bool:
-        """True if a factor is zero or negative."""
+        """True if a factor of a term of the law or of the control's scale is zero or negative."""
         factors = (value for name, value in self.values.items() if name not in (CONSTANT, DRIFT))
         return min(factors, default=0.0) <= -1
 
@@ -202,7 +202,9 @@ class GainRegression:
         used: NDArray[np.bool_],
         limited: NDArray[np.bool_],
     ) -> "GainRegression":
-        """Return the regression of a record without gaps, with a reference and a control.
+        """Return the regression for a law and a record, with declared gains.
+
+        Only the initial state of the law is fitted.
 
         Parameters
         ----------
@@ -210,6 +212,7 @@ class GainRegression:
             Axis with this law.
         law : ControlLaw
         record : Record
+            Record without gaps, with a reference and a control.
         used : (N,) array of bool
             Samples that are compared.
         limited : (N,) array of bool
@@ -643,7 +646,10 @@ class GainRegression:
 
 
 def _names_of(kind: Sequence[str], gains: Iterable[str]) -> list[str]:
-    """Return the names of the columns of an explanation, with one for each gain."""
+    """Return the names of the columns of an explanation, in order.
+
+    `kind` has the names of what differs; `GAINS` among them stands for the names in `gains`.
+    """
     names: list[str] = []
     for each in kind:
         names += [*gains] if each == GAINS else [each]

@@ -88,13 +88,14 @@ class LawAgreement:
         ``100 ||control - law|| / ||control||``, with the law as declared; None for a record with
         another period than the law.
     fitted_residual_percent : float or None
-        The same with the factors: the part that no gain explains. None for such a record too.
+        Residual with the fitted factors, percent of the control: the part that no gain explains.
+        None for a record with another period than the law.
     delay : int
         Samples by which the recorded control follows the declared law best.
     passed : bool
         Whether instruments that are simulated with this law can be used.
     finding : Finding
-        The difference between control and law, and what explains it.
+        The difference between control and law, and its explanation.
     reading : {"", "sampled rows", "even times"}
         Samples that the law read, where these are not the samples of the record.
     deviations : mapping of str to float
@@ -313,8 +314,18 @@ def _fault(
 ) -> tuple[float, LawAgreement]:
     """Return the residual that a repair has to improve on, and the comparison with its fault.
 
-    The residual is in percent of the control: with the gains that explain the control, otherwise
-    with the declared gains.
+    The faults are tried in order: a constant or a drift, another size of the test signal, other
+    gains, and another scale of the control. The residual is in percent of the control: with the
+    gains or the scale that explain the control, otherwise with the declared gains.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    check : LawAgreement
+        The failed comparison.
+    by_gains : GainRegression
+        Regression of the control on the gains of the law.
     """
     # A constant or a drift alone.
     declared = by_gains.percent
@@ -520,10 +531,19 @@ def _compared_with_found(
 
 
 def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
-    """Return the joint distance of (k,) differences from 0, in standard errors.
+    """Return the joint distance of k differences from 0, in standard errors.
 
-    It is the distance at which a normally distributed number has the same p-value. A p-value of 0
-    counts as the smallest positive number, which gives a distance of 37.
+    It is the distance at which a normally distributed number has the p-value of Hotelling's test. A
+    p-value of 0 counts as the smallest positive number, which gives a distance of 37.
+
+    Parameters
+    ----------
+    off : (k,) array
+        Differences.
+    covariance : (k, k) array
+        Covariance of the differences.
+    freedom : float
+        Degrees of freedom of the covariance.
     """
     square, directions = wald(off, covariance)
     if not directions:

@@ -105,7 +105,7 @@ def late_control(percent: float, shift: int, delay: int | None) -> LateControl:
     shift : int
         Samples by which the control comes later.
     delay : int or None
-        Delay of the law that gives the control, samples; None for a continuous law.
+        Declared delay of the law, samples; None for a continuous law.
     """
     is_possible = delay is not None and delay + shift >= 0
     return LateControl(
@@ -300,7 +300,7 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
 
 
 def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield records with one column multiplied by the factor that the law needs.
+    """Yield records with one column multiplied by the factor that fits the control best.
 
     Position and reference follow each other, so the factor is estimated where they are about equal:
     far away the law may be at a limit of its own.

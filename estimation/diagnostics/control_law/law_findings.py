@@ -190,6 +190,7 @@ class OtherScale(ControlDiffers):
     Attributes
     ----------
     scale : ControlScale
+        Scale of the recorded control.
     scaled_percent : float
         Residual with the correct scale, percent.
     """

@@ -43,7 +43,7 @@ class ScalingError(ValueError):
 
 
 def is_scaling(text: str) -> bool:
-    """Return True if a text is more than a unit."""
+    """Return True if a text is a scaling such as ``counts*360deg/4096``, and not only a unit."""
     begun = _LAST.search(text) or _NO_NUMBER.search(text)
     return bool(
         begun or (exact_unit(text) is None and (_OPERATOR.search(text) or _NUMBER.match(text)))
@@ -58,6 +58,7 @@ def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity |
     Parameters
     ----------
     text : str
+        Scaling as the user gave it, such as ``counts*360deg/4096+0.2deg``.
     own : str
         Unit of the column in its file, for a text that begins with a factor.
 

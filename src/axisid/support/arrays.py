@@ -1,9 +1,9 @@
-"""Arrays, equality to the last bit of what holds them, and what is computed when it is asked for.
+"""Arrays, equality to the last bit of objects that contain them, and values computed on demand.
 
 Dimensions: N samples of a record, n rows of a regression, p physical parameters, m parameters of
-the direct model. A dataclass with members that JSON has otherwise (numbers that are not finite, and
-arrays) is its own document: msgspec writes, reads and describes it, with the three functions for
-what it does not know itself.
+the direct model. A dataclass whose members JSON represents differently (numbers that are not
+finite, and arrays) is its own document: msgspec writes, reads and describes it, with the functions
+`to_json`, `from_json` and `schema_of_kind` for the types that it does not know.
 """
 
 import dataclasses
@@ -24,47 +24,50 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 
 
 def frozen(values: ArrayLike) -> Array:
-    """A read-only float copy."""
+    """Return a read-only copy of values as floats."""
     array = np.array(values, dtype=float)
     array.setflags(write=False)
     return array
 
 
 def in_few_digits(values: ArrayLike) -> Array:
-    """Values to 24 binary digits, so that last ones, which hang on the machine, choose nothing.
+    """Return values rounded to 24 binary digits, so that their last digits have no effect.
 
-    A loop that rounds what it measures makes other steps of the last digit of a parameter. What its
-    steps are stays one draw; values beside an edge of the rounding may still be apart.
+    The last digits depend on the machine, and a loop that rounds its measurement would take other
+    steps because of them. Values near an edge of the rounding may still differ.
     """
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.rint(np.ldexp(mantissa, 24)), exponent - 24), dtype=float)
 
 
 def relative_error_percent(error: Array, signal: Array) -> float:
-    """``100 ||error|| / ||signal||``; not finite where there is no signal."""
+    """Return ``100 ||error|| / ||signal||``; not finite if the signal is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
 
 
 def column_sizes(columns: Array) -> Array:
-    """Norms of columns, over which they are of one size; 1 for one that is 0."""
+    """Return the norm of each column, by which columns are scaled; 1 for a column of zeros."""
     sizes = np.linalg.norm(columns, axis=0)
     return np.where(sizes > 0, sizes, 1.0)
 
 
 def finite_or_none(value: float) -> float | None:
-    """A number for JSON: None for what is not finite."""
+    """Return a number for JSON: None if it is not finite."""
     return float(value) if math.isfinite(value) else None
 
 
 def runs(chosen: NDArray[np.bool_], start: int = 0) -> tuple[tuple[int, int], ...]:
-    """First place and the one after the last of each run of what is chosen, from `start` on."""
+    """Return the runs of true values: the first index and the one after the last of each.
+
+    `start` is the index of the first value.
+    """
     edges = start + np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
     return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
 def mask_of(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
-    """Return a mask of the places in a span, without its end, (size,)."""
+    """Return a mask, (size,), that is true within spans given as first index and end."""
     inside = np.zeros(size, dtype=bool)
     for start, stop in spans:
         inside[start:stop] = True
@@ -72,10 +75,10 @@ def mask_of(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
 
 
 class Exact:
-    """A dataclass, declared with ``eq=False``, that is equal to another of the same bits.
+    """Base of a dataclass, declared with ``eq=False``, that is equal to another one bit by bit.
 
-    NumPy's equality gives an array for a truth, which no dataclass can ask. Equal is what comes
-    back from another process or from a pickle. It has no hash.
+    NumPy's ``==`` returns an array, which the equality of a dataclass cannot use. An object that
+    comes back from another process or a pickle is equal. There is no hash.
     """
 
     __slots__ = ()
@@ -128,22 +131,22 @@ else:
     MaybeNan.register(float)
     MaybeInfinite.register(float)
 
-#: What a number was that JSON has as null, by its annotation.
+#: Value of a number that is null in JSON, by its annotation.
 OF_NULL: dict[Any, float] = {MaybeInfinite: math.inf, MaybeNan: math.nan, float: math.nan}
 
 
 def to_json(value: Any) -> Any:
-    """A number or an array of NumPy as Python's."""
+    """Return a number or an array of NumPy as a number or a list of Python."""
     return value.tolist()
 
 
 def from_json(kind: Any, value: Any) -> Any:
-    """What is of `MaybeNan`, `MaybeInfinite` or `Array` for a value of JSON.
+    """Return a value of JSON as a float for `MaybeNan` and `MaybeInfinite`, or as an array.
 
     Raises
     ------
     ValueError
-        It is none.
+        It cannot be converted.
     """
     try:
         if kind in OF_NULL:
@@ -154,7 +157,7 @@ def from_json(kind: Any, value: Any) -> Any:
 
 
 def schema_of_kind(kind: Any) -> dict[str, Any]:
-    """The JSON schema of the same."""
+    """Return the JSON schema of `MaybeNan`, `MaybeInfinite` or an array."""
     number = {"type": ["number", "null"]}
     return number if kind in OF_NULL else {"type": "array", "items": number}
 
@@ -163,14 +166,14 @@ T = TypeVar("T")
 
 
 class Deferred(Generic[T]):
-    """A value that is worked out when it is first asked for, once.
+    """A value that is computed when it is first requested, and only once.
 
-    A pickle or a copy has the value, not the way to it; two are equal if their values are.
+    A pickle or a copy contains the value, not the function. Two are equal if their values are.
 
     Parameters
     ----------
     make : callable
-        Gives the value; let go of when it has.
+        Function that computes the value; it is released afterwards.
     """
 
     def __init__(self, make: Callable[[], T]) -> None:
@@ -178,12 +181,12 @@ class Deferred(Generic[T]):
 
     @classmethod
     def of(cls, value: T) -> "Deferred[T]":
-        """A value that there is already."""
+        """Return a deferred object for a value that is known already."""
         return cls(lambda: value)
 
     @cached_property
     def value(self) -> T:
-        """The value; whatever making it raises, every time that it is asked for."""
+        """The value; an exception of the function is raised at every request."""
         value = self._make()
         del self._make
         return value
@@ -198,7 +201,7 @@ class Deferred(Generic[T]):
 
 
 class Uncached:
-    """A dataclass that is pickled by its fields, without what was computed of them."""
+    """Base of a dataclass that is pickled by its fields, without cached properties."""
 
     __slots__ = ()
 
@@ -207,14 +210,16 @@ class Uncached:
 
 
 def least_squares_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
-    """Least squares by unit columns, and in how many directions they show.
+    """Return the least-squares solution, (k,), with scaled columns, and the effective rank.
 
     Parameters
     ----------
     columns : (n, k) array
+        A column with a number that is not finite counts as 0.
     off : (n,) array
+        The right-hand side.
     least : float
-        Of the largest singular value; what the record shows by less is left alone.
+        Singular values below this share of the largest one are ignored.
     """
     columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
     scale = column_sizes(columns)

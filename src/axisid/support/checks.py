@@ -1,6 +1,6 @@
-"""Checks of what is given: refuse it with a sentence, or return it in one form.
+"""Checks of arguments: refuse them with a sentence, or return them in one form.
 
-This is imported without NumPy.
+This module is imported without NumPy.
 """
 
 import sys
@@ -15,7 +15,8 @@ if TYPE_CHECKING:  # an axis is declared without NumPy
 
     from .arrays import Array
 
-#: Whether something is wrong, what is said of it without the full stop, and a code of its own.
+#: Condition that is true if something is wrong, the sentence without its full stop, and optionally
+#: the code of the error.
 Refusal: TypeAlias = tuple[object, str] | tuple[object, str, str]
 
 
@@ -26,10 +27,11 @@ def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code:
     ----------
     error : type of AxisidError
     *refusals : (object, str) or (object, str, str)
+        Condition, sentence without its full stop, and optionally the code of the error.
     before : str
-        What every sentence begins with.
+        Beginning of every sentence.
     code : str
-        Of those that have none of their own.
+        Code of errors without a code of their own.
     """
     for is_wrong, said, *own in refusals:
         if is_wrong:
@@ -37,7 +39,7 @@ def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code:
 
 
 def is_among(value: object, names: Container[str]) -> TypeGuard[str]:
-    """Return whether a value is one of some names, also if it has no hash or an array ``==``."""
+    """Return whether a value is one of some names; a value of any type may be given."""
     return isinstance(value, str) and value in names
 
 
@@ -45,19 +47,19 @@ _KINDS = {"c": "complex", "U": "text", "S": "text"}
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """Return whether a value is one real float (or infinite), not a truth value."""
+    """Return whether a value is one real number, possibly infinite, and not a bool."""
     if isinstance(value, int) and not isinstance(value, bool):
         return abs(value) <= sys.float_info.max
     return isinstance(value, float) or _is_numpys(value, "integer", "floating")
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value is one whole number of a type for those, and no truth value."""
+    """Return whether a value is one whole number of an integer type, and not a bool."""
     return not isinstance(value, bool) and (isinstance(value, int) or _is_numpys(value, "integer"))
 
 
 def _is_numpys(value: object, *kinds: str) -> bool:
-    """Return whether a value is a NumPy number, which there is only where NumPy is loaded."""
+    """Return whether a value is a NumPy number of given kinds; False if NumPy is not loaded."""
     numpy = sys.modules.get("numpy")
     return numpy is not None and isinstance(value, tuple(getattr(numpy, kind) for kind in kinds))
 
@@ -68,19 +70,19 @@ def is_nothing(count: object) -> bool:
 
 
 def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageError) -> "Array":
-    """Return an array of floats; one that is none yet is made.
+    """Return values as an array of floats.
 
     Parameters
     ----------
     values : array_like
     what : str
-        They are, for messages.
+        Description of the values, for messages.
     error : type of AxisidError
 
     Raises
     ------
     AxisidError
-        They are masked, complex, ragged or no numbers.
+        They are masked, complex, ragged or not numbers.
     """
     import numpy as np
 
@@ -104,17 +106,23 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
 
 
 def listed(given: object) -> tuple[Any, ...]:
-    """Return one value or several as a tuple; a text is one value."""
+    """Return one value or several values as a tuple; a text is one value."""
     return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
 
 
 def by_name(given: object, what: str) -> Mapping[str, Any]:
     """Return a mapping of values by name; empty for None.
 
+    Parameters
+    ----------
+    given : object
+    what : str
+        Description of the values, for the message.
+
     Raises
     ------
     UsageError
-        It is no mapping; `what` says of what.
+        It is not a mapping.
     """
     if given is not None and not isinstance(given, Mapping):
         raise UsageError(
@@ -129,13 +137,13 @@ def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
 
     Parameters
     ----------
-    *rows : tuple
-        What it is, in words, what was given, and the choices.
+    *rows : (str, object, collection of str)
+        Description of the value, the value, and its choices.
 
     Raises
     ------
     UsageError
-        It is none of them.
+        A value is not among its choices.
     """
     for what, given, choices in rows:
         if not is_among(given, choices):

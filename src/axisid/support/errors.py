@@ -21,12 +21,12 @@ class AxisidError(ValueError):
         or ``columns position=NAME``: an option of the command line (``--gaps split``), a key of a
         ``run.toml``, and an argument in Python.
     code : str, optional
-        Tells the error from others of its class.
+        Identifies the error among the errors of its class.
 
     Attributes
     ----------
     code : str
-        What a program can tell the error by; of the class where the error has none of its own.
+        Identifies the error to a program. An error without its own code has that of its class.
     """
 
     exit_code: ClassVar[int] = 1

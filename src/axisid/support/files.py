@@ -162,7 +162,7 @@ def stamps(path: Path) -> dict[Path, Stamp]:
 
 
 def digest_of(files: list[Path]) -> str:
-    """SHA-256 of the contents of regular files, one after the other."""
+    """Return the SHA-256 of the contents of regular files, one after the other."""
     digest = hashlib.sha256()
     for file in files:
         with opened_regular(file) as stream:
@@ -172,14 +172,14 @@ def digest_of(files: list[Path]) -> str:
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[list[Path]]:
-    """A file, or the files of a folder, which do not change while something is done.
+    """Yield a file, or the files of a folder, and check afterwards that none has changed.
 
     Raises
     ------
     OSError
-        One cannot be read.
+        A file cannot be read.
     DataError
-        One changed meanwhile.
+        A file changed meanwhile.
     """
     before = stamps(path)
     yield list(before)
@@ -191,23 +191,23 @@ def unchanged(path: Path) -> Iterator[list[Path]]:
         )
 
 
-#: How a result becomes a file.
+#: Words of messages on how a result is written to a file.
 HOW_SAVED = "written with --json, or by save()"
-#: What to do about a file that is none.
+#: Instruction for a file that is not a result.
 GIVE_RESULT = f"Give the file of a result of identify, {HOW_SAVED}."
-#: What to do about a file that was changed or cut off.
+#: Instruction for a file that was changed or cut off.
 WRITE_AGAIN = f"Identify again to get a result {HOW_SAVED}."
 
 _LARGEST = 64_000_000  # bytes; a result has some ten thousand
 
 
 def read_result(file: Path) -> bytes:
-    """The bytes of a regular file of the size of a result.
+    """Return the bytes of a file that has the size of a result.
 
     Raises
     ------
     DataError
-        It cannot be read, is no regular file, or too large.
+        It cannot be read, is not a regular file, or is larger than 64 MB.
     """
     try:
         with opened_regular(file) as stream:
@@ -225,12 +225,12 @@ def read_result(file: Path) -> bytes:
 
 
 def json_text(document: Mapping[str, Any]) -> str:
-    """A result as JSON on several lines, with its `digest` if it has a schema.
+    """Return a result as JSON on several lines, with its `digest` if it has a schema.
 
     Raises
     ------
     EstimationError
-        A number in it is infinite or none.
+        A number in it is infinite or NaN.
     """
     try:
         if "schema" in document:
@@ -247,9 +247,9 @@ def json_text(document: Mapping[str, Any]) -> str:
 
 
 def digest(document: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of all other members of a document, with numbers as floats.
+    """Return the SHA-256 of a document without its digest.
 
-    Other programs write 1.0 as 1.
+    Numbers are written as floats, because other programs write 1.0 as 1.
     """
     others = {name: value for name, value in document.items() if name != "digest"}
     floats = json.loads(json.dumps(others), parse_int=float)
@@ -262,12 +262,12 @@ def is_unchanged(document: Mapping[str, Any]) -> bool:
 
 
 def toml_text(text: str) -> str:
-    """A basic string of TOML: JSON's, with DEL escaped too."""
+    """Return a text as a basic string of TOML: as in JSON, with DEL escaped too."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
 def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
-    """Yield the places of numbers that JSON cannot represent."""
+    """Yield the path and the value of each number that JSON cannot represent."""
     if isinstance(value, float) and not math.isfinite(value):
         yield place, value
     items = enumerate(value) if isinstance(value, (list, tuple)) else ()
@@ -279,10 +279,10 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Rows as CSV; None is an empty cell.
+    """Return rows as CSV; None is an empty cell.
 
-    A text that a spreadsheet would run as a formula gets an apostrophe before it, by which
-    spreadsheets know text: serials and names of logs are anybody's.
+    A text that a spreadsheet would run as a formula gets an apostrophe before it, which
+    spreadsheets read as a mark of text. Serial numbers and names of logs can contain anything.
     """
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(map(_as_text, row) for row in rows)
@@ -290,6 +290,7 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def _as_text(cell: object) -> object:
+    """Return a cell; a text that begins like a formula gets an apostrophe before it."""
     if not isinstance(cell, str):
         return cell
     begins_one = cell.startswith(_FORMULA)
@@ -311,7 +312,7 @@ _EXPORTED = (
     rb"% \w+: value and standard (?:error|deviation) \(",
     _SCHEMA % b"parameters",
 )
-#: How a file of a kind begins.
+#: Regular expression of the beginning of a file, by kind.
 _BEGINS = {
     "identify": _SCHEMA % b"identification|stream",
     "sweep": _SCHEMA % b"sweep",
@@ -330,7 +331,7 @@ _BEGINS = {
     "trend-table": rb"axis,serial,result,place,",
     "paper": rb"[^\n]* samples of [^\n]* ms\ntrue values: ",
 }
-#: What stands somewhere in it.
+#: Regular expression of a text near the beginning or end of a file, by kind.
 _HOLDS = {
     "study-runs": rb"axisid\.monte_carlo",
     "report": rb'<meta name="generator" content="axisid ',
@@ -342,9 +343,9 @@ _HOLDS = {
 
 
 def kinds_of(file: Path) -> set[str]:
-    """Return the kinds of output that a file may be; none if no command wrote it.
+    """Return the kinds of output that a file may be; empty if no command wrote it.
 
-    Of a command's own document the kind is the command's name.
+    The kind of a command's own document is the name of the command.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 They run on any executor of `concurrent.futures`. Without one they run on threads, each of which has
 a worker process of its own. A pool of processes of the standard library breaks when one process
-dies, with all its remaining jobs. Here each process has one job at a time, so that it is known which
-job ended it.
+dies, with all its remaining jobs. Here each process has one job at a time, so that it is known
+which job ended it.
 """
 
 import contextlib

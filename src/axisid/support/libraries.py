@@ -50,8 +50,8 @@ def one_line(error: Exception) -> str:
 def refusing(damaged: str) -> Iterator[None]:
     """Turn any error of a library that reads a file into a `DataError`.
 
-    The message is `damaged`, a sentence, followed by that of the library. Damaged files raise errors of
-    all kinds: of zip, zlib, struct, memory, index and name.
+    The message is `damaged`, a sentence, followed by that of the library. Damaged files raise
+    errors of all kinds: of zip, zlib, struct, memory, index and name.
     """
     try:
         yield

@@ -1,7 +1,7 @@
 """Limit of memory for reading a log: a small compressed file can unpack to any size.
 
-What is read is counted before it is held, so that a log that does not fit is refused with a
-sentence instead of ending the program, or slowing the whole machine down.
+Memory is counted before it is used, so that a log that does not fit is refused with a message
+instead of ending the program, or slowing the whole machine down.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from .settings import setting
 from .wording import quoted
 
 GIGABYTE = 1e9
-#: What to do about a file that memory cannot hold, the beginning of a sentence.
+#: Instruction for a file that does not fit into memory, the beginning of a sentence.
 SHORTER_FILES = "Split the log into shorter files, and identify them together as several records"
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
 _UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell
@@ -30,18 +30,18 @@ _TEXT_BYTE, _TEXT_LINE = 2, 200  # bytes held for each byte and each line of a t
 
 @dataclass(slots=True)
 class Room:
-    """The memory that reading one log may take.
+    """The memory that reading one log may use.
 
     Attributes
     ----------
     source : str
         The log, for messages.
     limit : float
-        Bytes.
+        Most bytes that may be used.
     given : bool
-        Whether the user set it.
+        Whether the user set the limit.
     taken : float
-        Bytes, as counted so far; what was let go again is not subtracted.
+        Bytes counted so far; memory that was released is not subtracted.
     """
 
     source: str
@@ -51,43 +51,44 @@ class Room:
 
     @property
     def left(self) -> float:
-        """Bytes that may yet be taken."""
+        """Bytes that may still be used."""
         return self.limit - self.taken
 
     def take(self, amount: float) -> None:
-        """Count bytes that are about to be held.
+        """Count bytes that are about to be used.
 
         Raises
         ------
         DataError
-            They are more than there is room for.
+            They exceed the limit.
         """
         self.check(amount)
         self.taken += amount
 
     def check(self, amount: float) -> None:
-        """Refuse bytes that there is no room for, without counting them.
+        """Refuse a number of bytes that exceeds the limit, without counting them.
 
         Raises
         ------
         DataError
-            As `take` does.
+            They exceed the limit.
         """
         if amount > self.left:
             raise self._too_much(f"reading {self.source}", SHORTER_FILES)
 
     def check_samples(self, count: int) -> None:
-        """Refuse more samples than can be identified; reading alone takes far less of them.
+        """Refuse more samples than can be identified, which needs far more memory than reading.
 
         Raises
         ------
         DataError
-            As `take` does, unless the user set the limit.
+            They exceed the limit, unless the user set it.
         """
         if not self.given and _IDENTIFIED * count > self.limit:
             raise self._too_much(f"identifying the {count} samples of {self.source}", _windows())
 
     def _too_much(self, what: str, less: str) -> DataError:
+        """Return the error that something needs too much memory; `less` is the instruction."""
         whose = "the given limit" if self.given else "half of the machine's memory"
         return DataError(
             f"{what} would need more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. "
@@ -96,17 +97,23 @@ class Room:
         )
 
     def take_text(self, content: bytes) -> None:
-        """The same of a text in bytes that is about to be read as a table."""
+        """Count the memory for reading a text as a table.
+
+        Raises
+        ------
+        DataError
+            It exceeds the limit.
+        """
         self.take(_TEXT_BYTE * len(content) + _TEXT_LINE * max(map(content.count, (b"\n", b"\r"))))
 
 
 def room_for(source: str | Path, max_memory: float | None) -> Room:
-    """The room for a log: what is given, in bytes, or half of the machine's memory.
+    """Return the memory for reading a log: `max_memory` in bytes, or half of the machine's.
 
     Raises
     ------
     UsageError
-        It is no positive number.
+        `max_memory` is not a positive number.
     """
     if max_memory is None:
         return Room(str(source), _SHARE * machine_memory())
@@ -119,7 +126,7 @@ def room_for(source: str | Path, max_memory: float | None) -> Room:
 
 
 def machine_memory() -> float:
-    """Bytes of memory that this process can have: the machine's, or its container's."""
+    """Return the bytes of memory that this process can have: the machine's or its container's."""
     found = [math.inf]
     with contextlib.suppress(AttributeError, ValueError, OSError):  # not every system tells
         found.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
@@ -131,7 +138,7 @@ def machine_memory() -> float:
 
 
 def _windows() -> str:
-    """Return the advice about more samples than memory can hold, the beginning of a sentence."""
+    """Return the instruction for more samples than memory can hold."""
     return (
         "Take only windows of the log, which form one regression with one verdict "
         f"({setting('windows', ('FROM..TO',))})"

@@ -65,9 +65,9 @@ _LIMIT_LOCK = threading.RLock()
 def in_one_thread(function: Callable[Given, Found]) -> Callable[Given, Found]:
     """Return a function that runs with linear algebra in one thread.
 
-    A number of threads that the environment states is kept. Threads that wait for each other cost more
-    than they save on tall and thin matrices: 300 QR factorisations of 3000 x 12 took 0.7 s in one thread
-    and 80 s in two on a busy machine.
+    A number of threads that the environment states is kept. Threads that wait for each other cost
+    more than they save on tall and thin matrices: 300 QR factorisations of 3000 x 12 took 0.7 s in
+    one thread and 80 s in two on a busy machine.
     """
 
     @functools.wraps(function)

@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 
 class Shown:
-    """A result with a view as text and in a notebook.
+    """Base of a result that has a view as text and in a notebook.
 
-    `axisid.presentation` makes the view and is imported when it is needed. A result that it does
-    not know has its own `document`.
+    `axisid.presentation` makes the view and is imported when it is needed. A result whose type it
+    does not know has a method `document`.
     """
 
     __slots__ = ()
@@ -31,7 +31,7 @@ class Shown:
 
 
 class Presentable(Shown):
-    """A result that also has views as plain data, file, figure and dataframe."""
+    """Base of a result that also has views as plain data, file, figure and dataframe."""
 
     __slots__ = ()
 
@@ -94,7 +94,16 @@ class Presentable(Shown):
 
 
 def view_of(view: str, result: object, *what: Any, **how: Any) -> Any:
-    """Return a view of a result, by the name of the view in `axisid.presentation.views`."""
+    """Return a view of a result, made by a function of `axisid.presentation.views`.
+
+    Parameters
+    ----------
+    view : str
+        Name of the function.
+    result : object
+    *what, **how
+        Further arguments of the function.
+    """
     return getattr(import_module("axisid.presentation.views"), view)(result, *what, **how)
 
 

@@ -109,6 +109,7 @@ def other_command(command: str, name: str, value: SettingValue) -> str:
 
 
 def _as_option(value: SettingValue) -> str:
+    """Return a value as the argument of a command-line option."""
     if isinstance(value, bool):
         return ""
     if isinstance(value, tuple):
@@ -119,6 +120,7 @@ def _as_option(value: SettingValue) -> str:
 
 
 def _as_toml(value: SettingValue) -> str:
+    """Return a value as it is written in a TOML file."""
     if isinstance(value, bool):
         return "true"
     if isinstance(value, tuple):
@@ -130,6 +132,7 @@ def _as_toml(value: SettingValue) -> str:
 
 
 def _as_python(value: SettingValue) -> str:
+    """Return a value as a Python expression."""
     if isinstance(value, bool):
         return "True"
     if isinstance(value, tuple):
@@ -141,9 +144,9 @@ def _as_python(value: SettingValue) -> str:
 
 
 def _quoted(value: str) -> str:
-    """Return a value in quotes; a number and a placeholder of a number without.
+    """Return a value in quotes; a number, or a placeholder of a number, without quotes.
 
-    A number with its standard error, ``100+-1``, is the pair ``(100, 1)``.
+    A number with its standard error, ``100+-1``, becomes the pair ``(100, 1)``.
     """
     if value in _NUMBERS:
         return value

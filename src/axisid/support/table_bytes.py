@@ -11,7 +11,7 @@ from .libraries import library
 
 
 def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
-    """The content of a NumPy archive."""
+    """Return named arrays as the content of a NumPy archive."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
     return buffer.getvalue()
@@ -20,17 +20,17 @@ def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
 def parquet_bytes(
     columns: Mapping[str, Any], units: Mapping[str, str], about: Mapping[str, str], file: Path
 ) -> bytes:
-    """The content of a Parquet file.
+    """Return columns as the content of a Parquet file.
 
     Parameters
     ----------
     columns : mapping of str to array_like
     units : mapping of str to str
-        Of the columns that have one, the metadata ``unit`` of the field.
+        Units of the columns that have one, written as the metadata ``unit`` of the field.
     about : mapping of str to str
-        What the file says of itself, in the metadata of its schema.
+        Metadata of the schema, which describe the file.
     file : Path
-        For messages.
+        The file, for messages.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Wording of values in messages: numbers, bounds, quoted values and lists of names.
 
-This is imported without NumPy.
+This module is imported without NumPy.
 """
 
 import math
@@ -23,9 +23,9 @@ def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 
     ----------
     low, high : float
     between : str
-        What stands between them.
+        Text between the bounds.
     digits : int
-        Significant ones, if that is enough.
+        Number of significant digits, if these are enough.
     """
     width, most = abs(high - low), max(abs(low), abs(high))
     if 0 < width < math.inf:
@@ -46,6 +46,7 @@ def plain_numbers(text: str) -> str:
 
 
 def _written_out(found: re.Match[str]) -> str:
+    """Return a number with an exponent written out, if it is 1e5 at most."""
     sign, figures, exponent = found.groups()
     value = float(f"{figures}e{exponent}")
     places = max(len(figures.partition(".")[2]) - int(exponent), 0)
@@ -57,7 +58,7 @@ _DIGITS_OF_A_BIT = 0.30103
 
 
 def quoted(value: object) -> str:
-    """Return the repr of a value, or its type if the repr is long."""
+    """Return the repr of a value; its type if the repr is long or the value is a dataclass."""
     if isinstance(value, int) and value.bit_length() * _DIGITS_OF_A_BIT > _SHORT:
         # Python refuses to write numbers of some thousand digits.
         return f"a whole number of {value.bit_length() * _DIGITS_OF_A_BIT:.0f} digits"
@@ -70,11 +71,14 @@ def quoted(value: object) -> str:
 
 
 def first_of(names: Sequence[str], most: int = 3) -> str:
-    """Return the first of some names, and the number of the others."""
+    """Return the first names as a list in text, and the number of further ones."""
     left = len(names) - most
     return ", ".join(names[:most]) + (f" and {left} more" if left > 0 else "")
 
 
 def first_case(*cases: tuple[object, Chosen]) -> Chosen:
-    """Return the value of the first case that holds; causes come before consequences."""
+    """Return the value of the first case whose condition is true.
+
+    Cases that cause others are given first.
+    """
     return next(said for holds, said in cases if holds)

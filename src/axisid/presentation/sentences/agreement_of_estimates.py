@@ -153,6 +153,7 @@ def weakest_instrument(finding: WeakestInstrument) -> str:
 
 
 def _conditional_f(finding: WeakestInstrument) -> str:
+    """Return the F statistic of the weakest instrument in parentheses; empty without one."""
     if finding.conditional_f is None:
         return ""
     return (
@@ -181,6 +182,7 @@ def _disagreement(comparison: EstimateComparison, cause: str = "") -> str:
 
 
 def _difference(difference: ParameterDifference) -> str:
+    """Return by how much one parameter differs between two estimates."""
     percent = "" if difference.percent is None else f"{difference.percent:+.2g} %, "
     size = f"{difference.difference:+.2g} {difference.unit}".rstrip()
     return (

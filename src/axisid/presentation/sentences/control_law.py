@@ -411,6 +411,7 @@ def _differs(finding: ControlDiffers) -> str:
 
 
 def _gains_text(gains: Sequence[OtherGain]) -> str:
+    """Return the gains that differ from the declared ones, each with its factor."""
     return listed(
         [
             f"{gain.name} is {gain.times:.4g} times the declared gain ({gain.value:.5g} instead of "
@@ -425,6 +426,7 @@ def _values_text(gains: Mapping[str, float]) -> str:
 
 
 def _scale_text(scale: ControlScale) -> str:
+    """Return by which factor, or with which sign, the control is recorded."""
     if scale.times < 0:
         return "its sign is opposite to the law's"
     units = ""
@@ -437,6 +439,7 @@ def _scale_text(scale: ControlScale) -> str:
 
 
 def _check_scale(scale: ControlScale) -> str:
+    """Return what to check if the control is recorded with another scale or sign."""
     if scale.times < 0:
         return (
             "check the sign of the control, of the positions or of the gains, and which column is "

@@ -109,6 +109,7 @@ def measured_motion(finding: MeasuredMotion) -> str:
 
 
 def _figures(finding: MeasuredMotion) -> str:
+    """Return the factor, delay and offset of a measured column, and the worst of them."""
     factor = max(finding.factor_uncertainty, _LEAST_FACTOR_UNCERTAINTY)
     delay = max(finding.delay_uncertainty, _LEAST_DELAY_UNCERTAINTY)
     timing = "late" if finding.delay >= 0 else "early"
@@ -140,6 +141,7 @@ def _delay_correction(role: str, corrections: ColumnCorrections) -> str:
 
 
 def _factor_correction(role: str, corrections: ColumnCorrections) -> str:
+    """Return how to correct the unit, sign or scale of the column of `role`."""
     column = corrections.column
     if corrections.likely_unit is not None:
         columns = setting("columns", {role: f"{column}:{corrections.likely_unit}"})

@@ -23,13 +23,13 @@ class _Words:
     Attributes
     ----------
     name : str
-        Of the force.
+        Name of the force.
     advice : str
         Instruction, which begins with a verb.
     statement : str
-        That it is missing; by default with the name.
+        States that the term is missing; if empty, the statement is formed from the name.
     size : str
-        Of its ``{size}``.
+        Describes the size of the term, which is filled in for ``{size}``.
     """
 
     name: str

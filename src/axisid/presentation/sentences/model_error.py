@@ -105,6 +105,7 @@ def noise_sources(finding: NoiseSources) -> str:
 
 
 def _noise_source(source: NoiseSource) -> str:
+    """Return one source of noise with its size and its correlation time."""
     text = f"{_NOISE[source.kind]} {source.size:.3g} {source.unit}"
     if source.correlation_time is None:
         return text

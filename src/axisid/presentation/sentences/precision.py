@@ -104,6 +104,7 @@ def _unidentified(found: Unidentified) -> str:
 
 
 def _reason(found: Unidentified) -> str:
+    """Return why the record does not determine the parameters."""
     several = len(found.parameters) > 1
     whose = "their" if several else "its"
     if found.reason == "repeated column":
@@ -118,6 +119,7 @@ def _reason(found: Unidentified) -> str:
 
 
 def _remedy(found: Unidentified) -> str:
+    """Return what to record or to fix so that the parameters are determined."""
     name = found.parameters[0].name
     fixed = setting("fix", {name: "VALUE"})
     if found.lacking:
@@ -180,6 +182,7 @@ def fixed_at_bounds(finding: FixedAtBounds) -> str:
 
 
 def _at_bound(found: ParameterAtBound) -> str:
+    """Return which parameter is at its bound, with its estimate without the bound."""
     text = (
         f"{found.name} is fixed at its bound {found.bound:g} {found.unit}; without the bound it is "
         f"{found.free:.4g} +- {found.deviation:.2g} {found.unit}"
@@ -215,6 +218,7 @@ def fixed_values(finding: FixedValues) -> str:
 
 
 def _fixed_value(found: FixedValue) -> str:
+    """Return a fixed value and, if it is known, the value that the record alone gives."""
     text = f"{found.name} is fixed at {found.value:g}"
     if found.standard_error:
         text += f" +- {found.standard_error:g}"

@@ -28,6 +28,7 @@ def sudden_steps(finding: SuddenSteps) -> str:
 
 
 def _cause_and_remedy(finding: SuddenSteps) -> str:
+    """Return the likely cause of sudden steps of the position, and what to do."""
     if finding.cause == "new turn":
         return (
             "It jumps back by its whole range, as a position that starts again after each turn "
@@ -99,6 +100,7 @@ def scaled_signal(finding: ScaledSignal) -> str:
 
 
 def _signal_statement(finding: LateSignal | ScaledSignal) -> str:
+    """Return by how many samples a signal is late, or by which factor the model scales it."""
     part = share_text(finding.share)
     if isinstance(finding, ScaledSignal):
         return (
