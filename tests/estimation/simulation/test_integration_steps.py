@@ -265,7 +265,7 @@ def test_simulations_of_one_search_share_their_steps_and_the_last_is_refused_by_
     budget = StepBudget(left=200 * len(SINE))
     simulate_loop(axis, axis.nominal, inputs, budget=budget)
     assert 64 * len(SINE) > budget.left > 0
-    said = r"the term p\*sin\(50000.0\*q/x0\) .* than 64 steps .* other simulations of its search"
+    said = r"the term p\*sin\(50000.0\*q/x0\) .* than 64 steps .* other simulations of the search"
     with pytest.raises(EstimationError, match=said):
         simulate_loop(axis, axis.nominal, inputs, budget=budget)
     simulate_loop(axis, axis.nominal, inputs)
