@@ -45,7 +45,7 @@ class Levels:
         Probability that any error of a correct model is reported, over all hypotheses.
     least_share : float
         Part of the force, or of a parameter's value, from which an error is relevant. A missing
-        term is relevant too where it moves a parameter by more than its interval.
+        term is relevant too where it moves a parameter by more than half the width of its interval.
 
     Raises
     ------

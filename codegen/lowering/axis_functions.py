@@ -175,7 +175,10 @@ def _output(
 
 
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
-    """Return the converter of a law's expressions; gains without a value become numbers."""
+    """Return the converter of a law's expressions to operations.
+
+    Gains that are no arguments, and so have no entry in `values`, become numbers.
+    """
     numbers = {gain(name): value for name, value in law.gains.items() if gain(name) not in values}
     gains = {symbol: builder.constant(value) for symbol, value in numbers.items()}
     return Lowering(builder, {**values, **gains, PERIOD: builder.constant(law.period)})
@@ -208,6 +211,7 @@ def _control_law(
     if any(each.following.has(LIMITED_OUTPUT) for each in law.memory):
         values[LIMITED_OUTPUT] = _output(model, law, builder, values)
     following = _law_lowering(law, builder, values)
+    # The control that acts is the oldest of those that wait for the delay.
     queue = (control, *line)
     builder.output("control", [[queue[-1]]])
     builder.output(
@@ -227,7 +231,7 @@ def _measured(
     """
     motion = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *model.axis.signal_symbols)
     arguments = Arguments().scalars(*motion, *(_INJECTED,) * injected)
-    # Values that the drive remembers between samples.
+    # The state of the law: its memory, and the controls that wait for its delay.
     remembered = (*(memory.name for memory in law.memory), *law.delay_line)
     state = arguments.vector("state", remembered)
     arguments.vector_if_any(GAINS, gains)

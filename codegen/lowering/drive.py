@@ -232,7 +232,9 @@ def acting_from_sample(
 ) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
     """Return the force at a sample, the values held until the next one, and the drive's next state.
 
-    The command becomes the acting control, which waits for the delay. The lag is applied last.
+    Rate limit, quantisation and dead band make the command the acting control. Its force waits for
+    the delay: whole samples, and then a fraction of one. The lag is applied last. If the control is
+    held while the force depends on the motion, the controls wait instead of the forces.
 
     Parameters
     ----------
@@ -251,6 +253,7 @@ def acting_from_sample(
     if response is None:
         tau = drive.force(acting, *motion)
         return tau, (tau,), ()
+    # Forces (or controls) of earlier commands, the newest first; last the acting force, if stored.
     forces = remembered[len(remembered) - len(response.forces) :]
     new = acting
     if not response.holds_control:
@@ -267,6 +270,8 @@ def acting_from_sample(
         new = drive.force(acting, *motion)
     # The newest first, followed by the force that was kept, if there is one.
     pending = (new, *forces[: len(forces) - response.keeps_force])
+    # `then` acts at the end of the sample. If the delay has a fraction, `first`, which is older,
+    # acts before it.
     then = pending[response.whole]
     first = pending[-1] if response.share else then
     if not response.keeps_force:
@@ -274,6 +279,7 @@ def acting_from_sample(
     if response.holds_control:
         now = end = drive.force(first, *motion)
     else:
+        # With a lag, the force moves from the present one (`now`) to that of the next sample.
         now = end = forces[-1]
         parts = ((first, response.share), (then, 1 - response.share))
         for target, share in parts if response.share else parts[1:]:

@@ -84,7 +84,11 @@ def state_dynamics(model: AxisModel, found: Switching) -> Program:
 
 
 def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
-    """Return arguments with the sides, the states (each if there are any) and the parameters."""
+    """Return the arguments with those that fix a mode appended.
+
+    These are the vector of the sides of kinks, jumps and limits, and that of the internal states,
+    each left out if empty; then always the vector of parameters.
+    """
     return (
         arguments.vector_if_any("sides", found.sides)
         .vector_if_any(STATES, [state.symbol for state in model.states])
@@ -151,6 +155,7 @@ class Remembering:
 
         Each stage solves a linear system with the same matrix, from the derivatives at the start.
         """
+        # `made` has the solutions of the stages so far, `at` the motion where a stage is evaluated.
         build, number = self.builder.apply, self.builder.constant
         here = self._at(motion)
         solve = self._solver(here["slopes"], step, len(motion))
@@ -208,6 +213,7 @@ class Remembering:
         order = (*range(2, width), 1)
         rows = [[slopes[(r - 1) * width + c] for c in order] for r in order]
         by_position = [slopes[(r - 1) * width] for r in order]
+        # The position's part of each row is added to the column of the velocity.
         matrix = [[none if x == none else build("neg", x) for x in row] for row in rows]
         for i, row in enumerate(matrix):
             row[i] = build("sub", scale, rows[i][i])
@@ -216,6 +222,8 @@ class Remembering:
         factors = self._eliminate(matrix, none)
 
         def solve(right: Vector) -> Vector:
+            """Return the solution for a right-hand side: position, velocity and states."""
+            # Forward elimination of the right-hand side, then back substitution.
             values = [right[r] for r in order]
             for i, slope_of in enumerate(by_position):
                 if slope_of != none:

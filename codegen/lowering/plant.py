@@ -40,17 +40,19 @@ def plant_programs(
     ----------
     model : AxisModel
     law : Program or None
-        The control law, to which a test signal may be added.
+        The control law, to which a test signal may be added; used only if it is continuous.
     acceleration : Program
-        The direct dynamics, as declared.
+        The direct dynamics, as declared; replaced by the acceleration in one mode if there are
+        sides or internal states.
 
     Returns
     -------
     tuple of Program
-        ``held_acceleration`` and ``plant_step``; with kinks or jumps over the position
-        ``switching`` and ``plant_rate``; otherwise ``wave_number``, if the acceleration has one.
-        ``drive_response`` of a drive whose force changes between samples. With internal states
-        ``state_start``, and ``plant_rate`` also without kinks.
+        Always ``held_acceleration`` and ``plant_step``. ``switching`` with sides: of kinks or jumps
+        over the position or a recorded signal, or of limits of internal states. ``plant_rate`` with
+        sides or internal states; with neither, ``wave_number`` if the acceleration has wave
+        numbers. ``drive_response`` of a drive whose force changes between samples. ``state_start``
+        with internal states.
     """
     found = switching(model)
     if found.sides or model.states:
@@ -60,6 +62,7 @@ def plant_programs(
         acceleration = arguments.lower(acceleration=[[found.acceleration]]).program(
             "acceleration_by_sides", "Acceleration in one mode."
         )
+    # A builder collects the outputs of one program: each program needs a plant in a new builder.
     held = _plant(model, law, acceleration, found)
     name = model.axis.coordinate.acceleration.name
     held.builder.output(name, [[held.accelerate(*held.motion, None)]])
@@ -150,17 +153,20 @@ class _Plant:
     acceleration : Program
         The direct dynamics in one mode.
     builder : Arguments
+        Builder of the program. Each int below is the index of one of its operations.
     motion : (int, int)
         Position and velocity at the start.
     held : tuple of int
+        Values held between samples, in the order of `_held_names`.
     recorded : tuple of (int, int)
         Value and rate of each recorded signal.
     mode : tuple of tuple of int
         The friction direction, and the sides if there are any.
     parameters : tuple of int
     found : Switching
+        The acceleration with sides in place of its kinks and jumps.
     states : tuple of int
-        Internal states of friction.
+        Internal states of friction at the start.
     """
 
     model: AxisModel
@@ -224,7 +230,7 @@ class _Plant:
 
 
 def _remembering(plant: _Plant) -> Remembering:
-    """Return motion and internal states together, under the held force."""
+    """Return the integrator of motion and internal states together, under the held force."""
     limits, lower = plant.found.limits, Lowering(plant.builder, plant.builder.values)
     return Remembering(
         builder=plant.builder,
@@ -299,6 +305,7 @@ def _plant_step(plant: _Plant) -> Program:
     """
     names, builder = plant.model.axis.coordinate, plant.builder
     step, states = builder.scalar("step"), list[int]()
+    # Rodas4 with internal states, otherwise the classical Runge-Kutta method.
     if plant.states:
         q, dq, *states = _remembering(plant).step((*plant.motion, *plant.states), step)
         first = plant.accelerate(*plant.motion, None)
@@ -326,6 +333,7 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
     q, dq = plant.motion
 
     def ahead(slopes: tuple[int, int], length: int) -> tuple[int, int]:
+        """Return the start's position and velocity plus their rates times a time."""
         moved = [
             build("add", start, build("mul", length, slope))
             for start, slope in zip((q, dq), slopes, strict=True)
@@ -335,8 +343,10 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
     def slopes(
         state: tuple[int, int], elapsed: int | None, tau: int | None = None
     ) -> tuple[int, int]:
+        """Return the rates of position and velocity: velocity and acceleration."""
         return state[1], plant.accelerate(*state, elapsed, tau)
 
+    # With a lag, the forces at the four evaluations give its exact integrals over the step.
     half, two = build("mul", builder.constant(0.5), step), builder.constant(2)
     response = plant.model.axis.response
     lag = 0.0 if response is None else response.lag
@@ -397,6 +407,7 @@ def _probed_rate(plant: _Plant, wave: int | None) -> int:
     here = plant.accelerate(q, dq, None)
 
     def changed(q: int, dq: int, by: int) -> int:
+        """Return the size of the acceleration's change, divided by the change of the motion."""
         difference = build("sub", plant.accelerate(q, dq, None), here)
         return build("abs", build("div", difference, by))
 
@@ -408,6 +419,11 @@ def _probed_rate(plant: _Plant, wave: int | None) -> int:
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     """Return the program of one sample of the loop: control law, drive, a step of the plant.
 
+    The law reads the position with its measurement error. The drive turns the control into a force.
+    The plant moves for `step` seconds with the values that are held. The results are the motion and
+    the state of law and drive at the next sample; force, control and acceleration at this one; and
+    the acceleration at the end of the step.
+
     Parameters
     ----------
     model : AxisModel
@@ -417,6 +433,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     plant : Program
         ``plant_step``.
     """
+    # Arguments: motion, state of law and drive, inputs of the law, recorded signals.
     coordinate = model.axis.coordinate
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
     builder = Arguments(reciprocals=True).scalars(q, dq)
@@ -447,6 +464,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     )
 
     def slope(tau: int) -> int:
+        """Return the acceleration at the sample under the force `tau`."""
         under = builder.inline(plant, (values[q],), (values[dq],), (tau, tau, *lines), *others)
         return under["first_slope"][0]
 

@@ -206,7 +206,10 @@ class _Sides:
 
 
 def wave_number(model: AxisModel, found: Switching) -> Program:
-    """Return the program of the largest wave number, from position, signals and parameters."""
+    """Return the program of the largest wave number, from position, signals and parameters.
+
+    It is the reciprocal of the shortest distance over which the acceleration varies.
+    """
     axis = model.axis
     arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
     arguments.vector_of("parameters", [p.symbol for p in axis.parameters])

@@ -169,7 +169,10 @@ class LaneLibrary(LoadedLibrary):
         )
 
     def weights(self, excluded: NDArray[np.bool_], decimation: Decimation) -> Array:
-        """Return the weight of each row, (n, L): filtered ones, with 0 for excluded samples."""
+        """Return the weight of each row, (n, L): a filtered and decimated signal.
+
+        The signal is 1 at samples that are used, and 0 at excluded ones.
+        """
         return self._decimated("lanes_weights", excluded.shape, (_bytes(excluded),), decimation)
 
     def turns(self, velocity: Array, rest: float, reach: int) -> NDArray[np.bool_]:

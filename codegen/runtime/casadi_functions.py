@@ -29,12 +29,16 @@ def recorded_count(functions: Mapping[str, Any]) -> int:
 
 
 def is_continuous(functions: Mapping[str, Any]) -> bool:
-    """Return whether the law is continuous, so that its inputs are held and not the force."""
+    """Return whether the control law is continuous.
+
+    Between samples the inputs of such a law (`HELD_REFERENCE`) are held. Under a sampled law the
+    force is held, with a second value for some drives. The number of held values tells which.
+    """
     return held_count(functions) == len(HELD_REFERENCE)
 
 
 def held_count(functions: Mapping[str, Any]) -> int:
-    """Return the number of values held between samples, without the recorded signals."""
+    """Return the number of values that are held between samples, without recorded signals."""
     return int(functions["held_acceleration"].size1_in("held")) - recorded_count(functions)
 
 

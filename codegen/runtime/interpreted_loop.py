@@ -298,7 +298,7 @@ class VirtualLoop:
     def _sample(
         self, at: Motion, given: tuple[float, float, float, float], recorded: Array
     ) -> tuple[Motion, tuple[float, float, float, float]]:
-        """Advance one sample.
+        """Return the state at the next sample, and the loop's signals at this one.
 
         If the sign of the velocity stays the same, one compiled step is enough. Otherwise the force
         is held, and the motion is advanced from event to event.
@@ -336,8 +336,8 @@ class VirtualLoop:
         several = substeps > 1 or self._until or self._sides
         if direction and moved.end.dq * direction >= 0 and not (bends or several):
             return moved.end, (moved.first, force, control, direction)
-        # Otherwise store the values that are held until the next sample.
-        # The force of the oldest command among the drive's memory.
+        # Otherwise store the values that are held until the next sample. `oldest` is the place of
+        # the oldest command in the drive's memory.
         oldest = -1 - self._lagged
         if self._continuous:
             self._hold(given, recorded)
@@ -460,7 +460,9 @@ class VirtualLoop:
         """Return the first event in a step, the time until it, and the step up to it.
 
         The event is 0 for a velocity reversal, i + 1 for side number i, and None without an event;
-        the step is then unchanged.
+        the step is then unchanged. An event is in the step if its distance (`_margins`) is negative
+        at the end, or where it is smallest in between. The step is then shortened to it, and the
+        other events are searched in the shorter step.
         """
         if not (math.isfinite(step.end.q) and math.isfinite(step.end.dq)):
             raise _StoppedError(_NOT_FINITE)
@@ -622,7 +624,8 @@ class VirtualLoop:
     def _at_rest(self, at: Motion) -> Motion:
         """Return the state at rest with its friction direction.
 
-        The direction is 1 or -1 if the axis leaves rest, and between them if it sticks.
+        The direction is 1 or -1 if the axis leaves rest. If it sticks, the direction is between
+        them: the one with which the acceleration is 0.
         """
         forward, backward = self._leaving(at)
         if forward > 0:

@@ -60,6 +60,7 @@ def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) ->
     ended = [allocate_lock() for _ in runs]
 
     def work(i: int) -> None:
+        """Run loop number i, and store its value; an error ends all loops."""
         try:
             results[i] = runs[i](stop)
         except BaseException as error:  # raised below
@@ -277,6 +278,7 @@ class NativeLibrary(LoadedLibrary):
         parameters = self._with_gains(parameters)
 
         def run(stop: NDArray[np.int32]) -> int:
+            """Return the status of the simulation, which ends soon after `stop` is set."""
             return self(
                 "simulate",
                 len(reference),
@@ -346,10 +348,12 @@ class NativeLibrary(LoadedLibrary):
         signals = dict(zip(names, arrays, strict=True))
         status = np.zeros(lanes, dtype=np.int32)
         stopped = np.zeros(lanes, dtype=np.int64)
+        # Each thread simulates whole blocks of lanes.
         blocks = -(-lanes // BLOCK)
         edges = [BLOCK * (blocks * i // threads) for i in range(threads)] + [lanes]
 
         def run(first: int, last: int, stop: NDArray[np.int32]) -> int:
+            """Simulate the lanes from `first` to before `last`; ends soon after `stop` is set."""
             return self(
                 "simulate_batch",
                 samples,

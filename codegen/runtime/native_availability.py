@@ -129,10 +129,17 @@ class Native:
         return self._library
 
     def _check(self, path: Path) -> None:
-        """Load a freshly compiled library and compare its values with the virtual machine."""
+        """Load a freshly compiled library and compare its values with the virtual machine.
+
+        Raises
+        ------
+        NativeUnavailableError
+            The library cannot be loaded, or computes wrong values.
+        """
         try:
             fresh = NativeLibrary(path, self._functions)
-        except OSError as error:  # not a fault of the folder, unlike others
+        except OSError as error:
+            # Other errors of this kind are due to the cache folder, and advise another folder.
             raise NativeUnavailableError(
                 f"the compiled library cannot be loaded: {error}"
             ) from error

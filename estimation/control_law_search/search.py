@@ -294,7 +294,12 @@ class _AlongRecord:
                 yield float(np.linalg.norm(control - regressor @ values)), delay, gains
 
     def _by_gains(self, law: ControlLaw) -> GainRegression:
-        """Return the regression of the control on the gains of a law, on the fitted samples."""
+        """Return the regression of the control on the gains of a law, on the fitted samples.
+
+        The gains of `law` take the place of the declared gains, and nothing is fitted yet. The law
+        with the present gains, `along`, is therefore also the law with the declared gains,
+        `declared`.
+        """
         smooth = comparison_filter(law, self.record)
         along = LawReplay.of(self.axis, law, self.ticks, self.record)
         return GainRegression(

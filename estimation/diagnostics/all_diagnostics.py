@@ -141,9 +141,13 @@ class Diagnostic:
 
 
 def _method(case: DiagnosticInputs) -> Check | Missing | None:
-    """Return the check of the reported estimate against others; None for instruments alone."""
+    """Return the check of the reported estimate against others, and of its bias by noise.
+
+    Only least squares has such a bias. None if the only estimate is by instruments: it has no other
+    estimate to compare with, and no such bias to check.
+    """
     if len(case.estimates) == 1 and case.preferred.Z is not None:
-        return None  # there is no other estimate
+        return None  # no other estimate, and no bias of least squares
     return method_check(
         case.preferred,
         case.estimates,

@@ -185,7 +185,7 @@ def outliers_check(case: DiagnosticInputs) -> Check | Missing:
     if not isinstance(case.lacking, Missing) and not case.preferred.inference.chains:
         # A HAC covariance would be estimated from the outliers themselves.
         return Missing(
-            "single samples are compared with simulated replicas of the record, and there are none"
+            "it compares single samples with simulated replicas of the record, and there are none"
         )
     return misspecification_check(
         case.lacking,

@@ -365,6 +365,10 @@ def _by_reason(
 ) -> tuple[Unidentified, ...]:
     """Return the imprecise parameters, grouped by reason.
 
+    Parameters of a group have the same obscurity (the kind of reason), the same parameters with
+    nearly equal columns (`alike`), and the same signals that the motion does not excite
+    (`lacking`).
+
     Parameters
     ----------
     unidentified : iterable of Excitation

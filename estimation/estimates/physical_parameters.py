@@ -84,7 +84,12 @@ class Distance:
     """
 
     def __init__(self, base: BaseModel, beta: Array, covariance: Array) -> None:
-        """Set the unknowns, the target and its whitening; see the class for the arguments."""
+        """Set the unknowns, their start and bounds, the target, and the whitenings of its error.
+
+        The whitenings go from wide to sharp. Each bounds the relative standard errors from below
+        (`_SHARPEST`). A descent goes through all of them, as an exactly known product makes a
+        narrow valley. The last, the sharpest, defines the distance.
+        """
         self.base, declared = base, base.declared.parameters
         self._exponents = np.array(base.exponents, dtype=float)
         self._known = np.array([p.known is not None for p in declared])

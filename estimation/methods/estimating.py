@@ -49,7 +49,8 @@ from .parametric_bootstrap import (
 _BOUND_TOLERANCE = 1e-6  # relative distance of a nonlinear parameter from a bound that it is at
 
 _GAIN_STEP = 1e-4  # of the gain, for the derivatives by it
-_PIVOT = "hac"  # covariance whose standard errors are scaled by simulated replicas
+# name of the covariance whose standard errors simulated replicas calibrate; others stay as they are
+_PIVOT = "hac"
 
 
 def estimate_by(
@@ -61,8 +62,9 @@ def estimate_by(
 ) -> Estimate:
     """Return the estimate by one method.
 
-    The rows are solved, and their parameters are mapped to the physical ones. The covariances, and
-    all that needs further simulated loops, such as the bias, are computed when they are read.
+    The rows are solved, and the regression's parameters are mapped to the physical ones. The
+    covariances without replicas are computed and checked at once. All that needs further simulated
+    loops, such as the bias, is computed when it is read.
 
     Parameters
     ----------
@@ -82,13 +84,16 @@ def estimate_by(
     EstimationError
         The rows cannot be solved, or the solution is not finite.
     """
-    # The solution of the rows, and the covariances of its parameters.
+    # Solve the rows, and map the regression's parameters to the physical ones.
     fit = method.fitted(problem)
     form, solution, solver, y = fit.form, fit.solution, fit.solver, fit.measured.left
     weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)
+    # Covariance estimators in the order of results, which is that of fewer and fewer assumptions on
+    # the residuals: i.i.d., robust, HAC. `COVARIANCES` has the default, HAC, first.
     models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
     known = _known_spread(problem, fit)
+    # The covariances by name, with the uncertainty of known values, without replicas.
     applied = _applied(method, fit, models, known, jacobian)
     # Rows are reported without the weights of their records.
     direct = isinstance(form, DirectForm)
@@ -140,7 +145,10 @@ def _applied(
     known: Array,
     jacobian: Array,
 ) -> dict[str, CovarianceEstimate]:
-    """Return the covariances of the regression's own parameters, (k, k) each, by name.
+    """Return the covariances of the regression's parameters, (k, k) each, by name.
+
+    Each estimator in `models` is applied to the residuals of the solution. The part by uncertain
+    known values is added. Physical parameters with a covariance that is not finite are refused.
 
     Parameters
     ----------
@@ -153,7 +161,7 @@ def _applied(
         Uncertainty by values that are known with a standard deviation, which each covariance
         includes.
     jacobian : (p, k) array
-        Derivatives of the physical parameters by the regression's own.
+        Derivatives of the physical parameters by those of the regression.
 
     Raises
     ------
@@ -222,7 +230,7 @@ def _inference(
     problem : Problem
     fit : Fit
     applied : dict of str to CovarianceEstimate
-        Covariances of the regression's own parameters, by name.
+        Covariances of the regression's parameters, by name.
     pivot : Covariance
         Covariance that is scaled by simulated replicas.
     known : (k, k) array
@@ -287,7 +295,7 @@ def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Ar
     """Return the derivatives of the parameters by the logarithm of the drive gain.
 
     The first array has those of the physical parameters, (p,), the second those of the regression's
-    own parameters, (k,).
+    parameters, (k,).
 
     Without known terms every linear parameter is proportional to the gain. A known term does not
     change with the gain, and neither does a force of the drive that does not depend on its gain.

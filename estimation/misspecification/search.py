@@ -1,9 +1,9 @@
 """Search for misspecifications: test of each hypothesis with simulated replicas.
 
 All hypotheses are tested together at a level by Holm's rule. A reported one must also be relevant:
-it makes more than 1 % of the force, or moves a parameter by more than its interval. Of the
-significant hypotheses, the one with the largest part of the force is reported and added to the
-model. The others are then tested again.
+it makes more than 1 % of the force, or moves a parameter by more than half the width of its
+interval. Of the significant hypotheses, the one with the largest part of the force is reported and
+added to the model. The others are then tested again.
 """
 
 import math
@@ -75,9 +75,9 @@ class Misspecification:
         A parameter that then differs between directions has two values, forward and backward.
     moved : str
         The parameter that changes most, relative to its value, with the misspecification in the
-        model. Only parameters count that change by more than their interval, with a large part of
-        the force, or that change themselves in the record with more than the least share of the
-        force. Empty for none.
+        model. Only parameters count that change by more than half the width of their interval,
+        with a large part of the force, or that change themselves in the record with more than the
+        least share of the force. Empty for none.
     moved_percent : float
         Change of this parameter, percent of its value.
     at_the_end : bool

@@ -161,8 +161,9 @@ class Term:
 def wave_periods(s: Along) -> Array:
     """Return the periods of waves over the position that are tested, in the coordinate's unit.
 
-    The longest is the travel: longer waves are slopes and bends. The shortest is passed at the
-    usual speed in at least four rows, and with at most 25 Hz.
+    The longest is the travel: longer waves are slopes and bends. No period is shorter than 1/60 of
+    the travel. The axis passes each, at the median speed of its motion, in at least four rows and
+    in at least 1/25 s. Empty for an axis that does not move.
     """
     travel = float(np.ptp(s.place))
     usual = float(np.median(np.abs(s.velocity[s.velocity != 0]))) if s.velocity.any() else 0.0

@@ -249,7 +249,12 @@ class Validation(Checked, Presentable, Exact):
         )
 
     def _force(self) -> Check:
-        """Return the check that the equation errors are as small as on the estimates' record."""
+        """Return the check of the equation errors on this record.
+
+        It passes if no equation error exceeds both a limit in % and twice that on the estimate's
+        own record (`fits`). The part of the error that may be chance is subtracted first. The
+        figure is the largest error, of the failed methods if any fail.
+        """
         failed = tuple(v.method for v in self if not v.fits)
         told = [v for v in self if not v.fits] or [*self]
         largest = max(v.least_equation_error_percent for v in told)

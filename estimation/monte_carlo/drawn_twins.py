@@ -126,9 +126,10 @@ def declared_chain(
 
 
 def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
-    """Return the figures of a chain by the names of `declared_chain`'s arguments.
+    """Return the noise figures of a noise model (`Chain`), by name, as `declared_chain` takes them.
 
-    Several autoregressions are summarised by the standard deviation of their sum.
+    Several autoregressions are summarised by the standard deviation of their sum and by the longest
+    correlation time.
     """
     control, disturbance = (
         math.hypot(*(sd for _, sd in parts)) for parts in (chain.control, chain.disturbances)

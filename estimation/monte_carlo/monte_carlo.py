@@ -254,7 +254,11 @@ def monte_carlo(
 
 
 def _methods(methods: object) -> tuple[str, ...]:
-    """Return the names of the methods and fits, each once; refuse unknown names."""
+    """Return the names of the requested methods, then of the requested fits, each once.
+
+    A fit is one of an output, such as ``fit:control``. None and ``all`` stand for all methods,
+    without the fits. Fits alone request no method. Unknown names, and an empty list, are refused.
+    """
     if methods is None:
         methods = "all"
     names = listed(methods)

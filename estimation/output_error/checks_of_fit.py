@@ -94,7 +94,8 @@ def control_law_check(of: OutputFit) -> Check | Missing:
 
     The check fails if a plausible explanation of the difference changes a parameter beyond its
     interval. It is a note if the law fails, but no such explanation changes a parameter so much.
-    Otherwise it is that of the first record that fails. Missing if the law cannot be compared.
+    Otherwise it is the check of the first record that fails, or of the first record if none fails.
+    Missing if the law cannot be compared.
     """
     check, moved = law_check(of.law), _moved_most(of)
     if isinstance(check, Missing):
@@ -165,6 +166,8 @@ def _moved_most(of: OutputFit) -> _LargestMove | None:
     for kind in kinds or ((GAINS,),):
         if kind not in moves:
             continue
+        # `claimed` is the change in standard errors of the parameter, `far` that in standard errors
+        # of parameter and change together. Of changes beyond the interval, the largest is used.
         shift, shift_deviations = moves[kind]
         claimed, far = (
             np.divide(np.abs(shift), sizes, out=np.zeros(len(shift)), where=counted)
@@ -189,7 +192,9 @@ def _moved_most(of: OutputFit) -> _LargestMove | None:
 def law_factors_check(of: OutputFit) -> Check | Missing | None:
     """Return the check that the difference between law and control changes no parameter too much.
 
-    Missing if the changes could not be calculated; None if no record shows a difference.
+    It also fails if each law that fails has a plausible explanation, because the check of the law
+    may then be a note. Missing if the changes could not be calculated; None if no record shows a
+    difference.
     """
     if isinstance(of.law_moves_by_explanation, Missing):
         return of.law_moves_by_explanation
@@ -218,7 +223,8 @@ def _is_explained(of: OutputFit) -> bool:
 def _correction_of_law(of: OutputFit, moved: _LargestMove) -> LawCorrection:
     """Return the correction of the law: the term that changes the parameter of `moved` most.
 
-    The term is None if other gains are not the cause.
+    The factor of the term in the recorded control comes with it. Both are None if other gains are
+    not the cause.
     """
     term = factor = None
     if GAINS in moved.kind:

@@ -56,10 +56,12 @@ def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[A
         Common changes of the parameters in each direction, and True for parameters that are part of
         it: by the change of the outputs that each parameter alone would make.
     """
+    # A free parameter without effect on the errors is a direction of its own.
     scaled = jacobian * scale
     sizes = np.linalg.norm(scaled, axis=0)
     seen = sizes > MIN_SHOWN.value * sizes.max(initial=0.0)
     moves = changes = np.eye(len(sizes))[free & ~seen]
+    # Combinations of the other parameters, by small singular values of columns of equal size.
     if seen.any():
         _, values, rows = np.linalg.svd(np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r"))
         lost, into = rows[values <= MIN_SHOWN.value * values[0]], np.eye(len(sizes))[seen]
@@ -108,6 +110,9 @@ _LEAST_SINGULAR_VALUE = MIN_SHOWN.value / 2
 @dataclass(frozen=True, kw_only=True)
 class Sandwich:
     """The parts of the sandwich covariance of an estimate.
+
+    The sandwich is the inverse curvature of the cost, times the covariance of its gradient (the
+    score), times the inverse curvature.
 
     Attributes
     ----------
@@ -240,7 +245,10 @@ class Sandwich:
         return np.array(ratios)
 
     def beside(self, columns: Array) -> "Sandwich":
-        """Return the sandwich with q further parameters, by the slopes of the errors, (n, q)."""
+        """Return the sandwich with q further parameters, which have no prior values.
+
+        `columns`, (n, q), has the derivatives of the weighted errors by them.
+        """
         nothing = np.zeros((len(self.known), columns.shape[1]))
         return replace(
             self,
@@ -255,6 +263,7 @@ class Sandwich:
         (k + q,), with their covariance and their degrees of freedom. The covariance is that over
         simulated replicas, or that of autocorrelated errors if there are too few replicas.
         """
+        # One Gauss-Newton step with the further parameters, then its covariance.
         wide, k = self.beside(columns), self.jacobian.shape[1]
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
         if self.twins is not None:

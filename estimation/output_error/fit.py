@@ -251,6 +251,7 @@ def _with_time_found(
                 raise
             last = replace(found[-1], interrupted=True, bootstrap=0)
         found.append(last)
+        # The next value of the time is the estimate, at most a limited number of periods away.
         step = np.clip(last.best.physical[-1] - value, -_FURTHEST * period, _FURTHEST * period)
         standard_error = _standard_error_of_last(last)
         settled = max(_MAX_TIME_STEP * period, _SHARE_OF_STANDARD_ERROR * standard_error)
@@ -331,7 +332,7 @@ def _searched(
     first_at = begins[0].physical
     predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
-    # For each known value with a standard error: the predictions with a changed value.
+    # For each known value with a standard error: the form and the residuals with a changed value.
     perturbed = [
         form_with(free, outputs, shared, joint)
         for joint in perturbed_joint_forms(generated, shared.own_form)
@@ -339,7 +340,7 @@ def _searched(
     doubts = [(f, _predictions(f, records, outputs, first_at, horizon)) for f in perturbed]
     check_enough(predictions.counted, predictions.spans, unknowns)
     check_remembered(generated.axis.states, unknowns, begins)
-    # Predictions with a longer time of the drive, for the derivative by the time.
+    # Residuals with a longer time of the drive, for the derivative by the time.
     if time is not None:
         value = float(getattr(generated.declared.drive, time.name))
         step = _TIME_STEP * records[0].period

@@ -199,6 +199,7 @@ class FitRun:
         EstimationError
             No start can be simulated.
         """
+        # Simulate all starts, and keep those that can be simulated.
         why: list[str] = []
         tried = list[tuple[FitStart, Array, Array, Array, list[str]]]()
         for begin in begins:
@@ -213,6 +214,7 @@ class FitRun:
             raise EstimationError(
                 f"the fit cannot start: {why[0]}{self._suspects(begins[0])}", code="fit"
             )
+        # Compare their costs with the weights of the first, then estimate the weights at the best.
         self.counted = self._counted()
         self._weigh(tried[0][2])
         first, at, errors, self.scale, before = min(
@@ -357,6 +359,7 @@ class FitRun:
         u, first = self.unknowns, self.weighing
         if not u.has_prior.any():
             return self._settled(begun, u)
+        # Search without prior values; the end counts if it converged and shows every parameter.
         self.alone = None  # of an earlier start
         with suppress(EstimationError):
             alone = self._settled(begun, u.without_prior)
@@ -365,9 +368,11 @@ class FitRun:
             rows = self.weighing.weights[:, None] * alone.jacobian
             unseen, _ = unseen_directions(rows, self.scale, u.free)
             self.alone = alone if alone.converged and not len(unseen) else None
+        # Without such an end, the weights follow the residual of the search with prior values.
         if self.alone is None:
             self.weighing = first
             return self._settled(begun, u)
+        # Otherwise fix the weights by its residual, and search once with the prior values.
         for _ in range(_PASSES):
             self._weigh(self.alone.errors, self._effects(self.alone, u))
         return self._run(begun, u)
@@ -398,6 +403,7 @@ class FitRun:
                 break
             if len(found.steps) >= MOST_IN_ALL:
                 return replace(found, converged=False)
+            # New weights from the last end; finished if they hardly change and it is exact.
             before, counted = self.weighing.weights, self.counted
             self.counted = self._counted(found.physical)
             self._weigh(found.errors, self._effects(found, u))

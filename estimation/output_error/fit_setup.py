@@ -93,6 +93,7 @@ def split_free(
         Both times are free, or one that the records cannot show, or with which no loop can be
         simulated.
     """
+    # The times among the free names, and the time that the drive declares as unknown.
     names = listed(free)
     law, drive = axis.declared.control, axis.declared.drive
     gains = {} if law is None else law.gains
@@ -118,6 +119,7 @@ def split_free(
         ),
         code="free",
     )
+    # Refuse a time that a record cannot show, then start from its declared value.
     for record in records:
         check_drive_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
     value = max(float(getattr(drive, name)), _LEAST * records[0].period)
@@ -150,6 +152,7 @@ def form_with(
         A name is no gain of the law, or a value known of the records; or the output has no law, or
         is a force column.
     """
+    # The model's parameters, then the drive gain, the gains of the law and the initial states.
     model, axes = joint or InverseForm(shared.axis), shared.axes(shared.axis, joint)
     form = ExtendedForm(shared.axis, of_model=model, axes=tuple(axes))
     law = form.axes[0].axis.control
@@ -241,6 +244,7 @@ def starts_from(
     UsageError
         There is no such start, or the fit has other parameters.
     """
+    # Nominal values, and the size and start of the fit's parameters that are not the model's.
     names = [q.name for q in form.of_model.physical_quantities]
     size = np.maximum(np.abs(form.start), least_sizes(form))
     others = form.start[len(names) :], size[len(names) :]
@@ -257,6 +261,7 @@ def starts_from(
         )
     if shared.axis.states:
         return [nominal], ["no method estimates a start for friction with internal state"]
+    # The first estimate that succeeds, from the requested start on; nominal values come last.
     why: list[str] = []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         pairs = zip(form.axes, shared.records, strict=True)

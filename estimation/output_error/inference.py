@@ -362,10 +362,12 @@ def _held(
     """
     u, weights, at_bounds = of.unknowns, of.weighing.weights, []
     for j in map(int, np.flatnonzero(sides)):
+        # The standard error of this parameter without its bound, with the others at their bounds.
         free = u.free & (sides == 0)
         free[j] = True
         sandwich, place = of.sandwich(free), int(np.count_nonzero(free[:j]))
         deviation = math.sqrt(replace(sandwich, errors=errors).coloured().matrix[place, place])
+        # One Gauss-Newton step from the bound gives the estimate without it.
         residuals = sandwich.errors
         if common is not None:
             change = of.best.jacobian @ (physical - of.best.physical)

@@ -316,7 +316,11 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def _slopes_by_explanation(self) -> tuple[Mapping[str, Array], ...]:
-        """Derivatives of the parameters, (P,), by each value of an `Explanation`, by record."""
+        """Derivatives of the parameters, (P,), by each value of an `Explanation`, by record.
+
+        Values are factors of the law's terms, and scale, constant and drift of the recorded
+        control. The latter have no effect on a fit that does not follow the control.
+        """
         slopes = []
         for spans, moves in zip(self.predictions.spans, self._moves_of_records, strict=True):
             of = {name: move / PERCENT for name, move in moves.items()}

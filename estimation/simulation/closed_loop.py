@@ -454,11 +454,13 @@ def simulate_lanes(
     visited: tuple[str, ...] = ()
     if not is_fixed:
         visited = visited_signals(axis)
+    # The wanted signals, and those from which the steps and the samples of the log are calculated.
     names = [*wanted, *visited]
     if inputs.clocks is not None:
         names += [name for name in SIGNALS if name != "control"]
     shape = len(inputs.reference), len(theta)
     out = {name: np.empty(shape) for name in names}
+    # Groups first, then the lanes that are not complete.
     well, counts = _run_in_groups(out, axis, theta, inputs, substeps, visited, threads)
     failures: dict[int, str] = {}
     for lane in map(int, np.flatnonzero(~well)):
@@ -539,7 +541,7 @@ def _run_separately(
     lane: int,
     substeps: int | None,
 ) -> tuple[int | None, str]:
-    """Simulate one lane separately into the signals of all lanes.
+    """Simulate one lane separately, and store its signals in its column of those of all lanes.
 
     Returns
     -------
@@ -603,7 +605,9 @@ def _run_into(
     substeps: int,
     threads: int | None,
 ) -> NDArray[np.bool_]:
-    """Return True for complete lanes of a group that is simulated, (g,).
+    """Simulate a group of lanes in compiled code; return True for complete lanes, (g,).
+
+    Without compiled code nothing is simulated, and no lane is complete.
 
     Parameters
     ----------

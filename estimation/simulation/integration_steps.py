@@ -87,7 +87,10 @@ def substeps_along(
     period: float,
     recorded: Sequence[Array],
 ) -> tuple[int, int]:
-    """Return the steps per sample that resolve the rates along a simulated motion.
+    """Return the steps per sample that resolve a simulated motion, and the sample that decides.
+
+    The steps resolve the rates of damping and stiffness, and the waves of the acceleration over the
+    position at the speed with which they are passed.
 
     Parameters
     ----------
@@ -115,6 +118,7 @@ def substeps_along(
     if axis.states:
         rates, passing = _rates_with_states(axis, parameters, visited), np.zeros(len(q))
     else:
+        # Probe all samples, rest in both directions at reversals, and velocities between samples.
         turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
         rows, speeds = (turns[:0], dq[:0]) if axis.evenly_damped else _between(dq)
         s = np.where(visited["direction"] < 0, -1.0, 1.0)
@@ -185,6 +189,7 @@ def _probed(
     signals : sequence of (n,) array
         Recorded signals.
     """
+    # Each state, then the state with a larger velocity, then that with a larger position.
     waves = _wave_numbers(axis, q, parameters, signals)
     way = PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])

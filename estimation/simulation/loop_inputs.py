@@ -155,7 +155,8 @@ def at_log_samples(
 ) -> dict[str, Array]:
     """Return the signals of a loop at the samples of the log, from those at the law's evaluations.
 
-    Between evaluations, the plant is integrated under the held force.
+    A sample at the time of an evaluation has the signals of the evaluation. For a sample between
+    two evaluations, the plant is integrated from the earlier one under the held force.
 
     Parameters
     ----------
@@ -190,6 +191,7 @@ def at_log_samples(
             "whole multiples of it.",
             code="loop-period",
         )
+    # The evaluation before each of these samples, the time since, s, and the values held.
     begin, span = last[between_ticks], since[between_ticks]
     recorded_lines = lines(axis, recorded, clocks.law_period)
     between = np.zeros((len(force), 0)) if recorded_lines is None else recorded_lines
@@ -202,6 +204,7 @@ def at_log_samples(
         settings = LoopSettings(period=step, resolution=0.0, allowed=np.inf, substeps=1)
         loop = VirtualLoop(axis.functions, parameters, settings)
         position, velocity, direction = loop.later(motion, held, span, step)
+    # The acceleration with the recorded signals at the sample; 0 while the axis sticks.
     then = between[begin, ::2] + span[:, None] * between[begin, 1::2]
     (acceleration,) = axis.evaluate(
         "direct_dynamics", position, velocity, force[begin], direction, *then.T, parameters

@@ -46,9 +46,11 @@ def checked_loop(
     resolution: float = 0.0,
     substeps: int | None = None,
 ) -> tuple[Array, LoopInputs]:
-    """Return checked parameters, (p,) or (B, p), and the inputs at the law's evaluations.
+    """Return checked parameters, (p,) or (B, p), and a loop's inputs at the law's evaluations.
 
-    The arguments are those of `simulate`, or of `simulate_batch` if `many`.
+    Parameters and reference are checked first, then period, resolution and steps, then the start,
+    then the optional inputs. The arguments are those of `simulate`, or of `simulate_batch` if
+    `many`.
 
     Raises
     ------
@@ -57,6 +59,7 @@ def checked_loop(
     """
     if axis.control is None:
         raise no_control_law(axis.name)
+    # Parameters and reference, of one loop or of B lanes.
     given = in_order(axis, parameters)
     theta, ref = contiguous(given, "the parameters"), contiguous(reference, "the reference")
     lanes, samples = theta.shape[:many], len(ref) if ref.ndim else 0
@@ -73,6 +76,7 @@ def checked_loop(
             f"reference {ref.shape}. Give {wanted}, the reference finite.",
             code="simulation-input",
         )
+    # Sampling period, encoder resolution and steps per sample.
     check_sample_period(period)
     law, counts = law_of(axis), is_real(resolution) and 0 <= resolution < math.inf
     if not counts or (resolution and law.continuous):
@@ -82,6 +86,7 @@ def checked_loop(
             code="simulation-input",
         )
     check_whole("the substeps", substeps, MOST_SUBSTEPS)
+    # Start: position, memory of law and drive, velocity.
     begin = ref[0] if start is None else checked_array(start, "the start", lanes)
     if memory is not None:
         response = axis.response
@@ -412,6 +417,8 @@ def at_rest(
         rates = rates_at_start(axis, parameters, position, recorded)
     with np.errstate(invalid="ignore"):
         push, rest, forward, backward = accelerations.T
+        # A push has to accelerate the axis. Forward friction must not accelerate it more than
+        # backward friction does.
         pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
         has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
         return has_mass, ~(forward - backward > rounding), rates.max(axis=1)

@@ -152,10 +152,12 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     """Return the start of one loop with parameters (p,), in balance if its law declares that.
 
     In balance, the memory of law and drive is such that the control holds the axis at its start.
+    The start is unchanged if its memory is given, or if the law does not declare a balance.
     """
     start, noise = inputs.start, inputs.noise
     if start.memory is not None or not law_of(axis).balanced:
         return start
+    # The law's inputs at the start.
     off = 0.0 if noise is None else float(noise[0])
     place, speed = float(start.position), float(start.velocity)
     measured = float(measured_positions(place, off, inputs.resolution))
@@ -205,8 +207,8 @@ def _balance(
 ) -> Array:
     """Return the state of a law, (m,), nearest to a given one, with which it gives a control.
 
-    Newton's method with minimum-norm steps in the memories that are declared to start in balance;
-    the result is as near to the control as the law allows.
+    It is found by Newton's method, with minimum-norm steps in the memories that are declared to
+    start in balance. The result is as near to the control as the law allows.
 
     Parameters
     ----------

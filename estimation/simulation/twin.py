@@ -49,15 +49,17 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
         distance = abs(move.distance)
-        # A short move never cruises.
+        # The top speed; a short move never reaches its cruising speed.
         speed = min(move.speed, math.sqrt(distance * move.acceleration))
         ramp = speed / move.acceleration
         cruise = distance / speed - ramp if speed else 0.0
         end = begin + 2 * ramp + cruise + move.dwell
+        # Times of the samples in this move and its dwell, from the beginning of the move.
         count = int(np.floor(end / period + 1e-9))
         time = period * np.arange(taken + 1, count + 1, dtype=np.float64) - begin
         travelled = np.zeros_like(time)
         if speed:
+            # Distance while the axis accelerates, while it cruises, and from then to the end.
             remaining = np.maximum(2 * ramp + cruise - time, 0)
             travelled = np.select(
                 [time < ramp, time < ramp + cruise],
@@ -145,6 +147,7 @@ def twin_record(
         ),
         code="twin",
     )
+    # Simulate the loop with position noise.
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     # A separate stream, so that the position noise is the same without these sensors.
@@ -172,7 +175,9 @@ def twin_plan(
     signals: Mapping[str, ArrayLike] | None = None,
     sample_period: float | None = None,
 ) -> TwinPlan:
-    """Return the inputs that all twins of an axis have in common; they differ in noise only.
+    """Return the inputs that all twins of an axis have in common; twins differ in noise only.
+
+    A twin is the declared experiment, simulated with the true parameters.
 
     The arguments are those of `twin_record`.
 

@@ -118,8 +118,9 @@ class JointForm(Exact, InverseForm):
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """Return the joint parameters (P,) for those of the regression, and the Jacobian (P, P).
 
-        If the drive gain is identified, the regression's parameters are divided by kappa, and the
-        last one is replaced by the gain.
+        If the drive gain is identified, the last parameter of the regression is kappa, the declared
+        gain divided by the true one. The others are divided by kappa, and the last is replaced by
+        the identified gain, which is the declared gain divided by kappa.
         """
         if self.gain is None:
             return theta, np.eye(len(theta))
@@ -156,8 +157,9 @@ class JointForm(Exact, InverseForm):
     def own(self, physical: Array, record: int) -> Array:
         """Return the parameters of one record's axis, (b,), for joint parameters (P,).
 
-        If the drive gain is identified, they are the parameters for the declared gain, with which
-        the record's force is computed.
+        The offset is the part given by known values. If the drive gain is identified, it is not
+        dropped: the offset is multiplied by kappa, as the last column of `record_jacobian`. The
+        result then belongs to the declared gain, with which the record's force is computed.
         """
         offset = self.members[record].offset if self.gain is None else 0.0
         return np.asarray(

@@ -113,6 +113,7 @@ def force_terms(
             value_at(node, {})
         except CANNOT as error:
             raise NotRealError(f"{node} has no finite real value.") from error
+    # Expand the force in the parameters that enter by whole powers.
     nonlinear = Coefficients(force, parameters).nonlinear
     terms = Coefficients(force, parameters, nonlinear).terms
     # The functions of the motion by their monomial, without the known part of the force.

@@ -189,9 +189,9 @@ def direct_model(
 def _shares(
     inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
 ) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
-    """Return the constant part of an inertia that is affine in the parameters, and its slopes.
+    """Return the part of an inertia without parameters, and its derivatives by the parameters.
 
-    The slopes are by parameter, only those that are not 0.
+    The inertia is affine in the parameters. Derivatives that are 0 are left out.
     """
     unknown = frozenset(parameters)
     slopes = {p: without(inertia.diff(p), unknown) for p in parameters}

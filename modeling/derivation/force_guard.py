@@ -63,6 +63,7 @@ def differing_points(
     found: list[Mapping[sympy.Symbol, Any]] = []
 
     def look(point: DrawnPoint) -> None:
+        """Add a point to `found` if the two forces differ there by more than rounding."""
         values = [point(term)[0] for term in terms]
         given = {s: point(s) for s in covering.symbols}
         beta = [point(value) for value in base.expressions]

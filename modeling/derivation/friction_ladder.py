@@ -67,10 +67,12 @@ def friction_ladder(
             f"the Stribeck velocity is {stribeck!r}. Give a positive number.",
             code="axis",
         )
+    # Split each term of the force into friction and a part that stays on every rung.
     parameters = _friction_parameters(axis)  # these terms need no expansion
     rests = [(term, _rest(term, parameters)) for term in sympy.Add.make_args(axis.force)]
     kept = [rest for _, rest in rests if rest != 0]
     friction = [term - rest for term, rest in rests if rest != term]
+    # The declared axis takes the place of the rung with the same forces.
     laws = _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck)
     ladder = {
         law: axis if _is_law(axis, friction, terms) else _rung(axis, kept, law, terms)
@@ -196,6 +198,7 @@ def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
     law : list of (Parameter, sympy.Expr)
         Parameters of the law with their factors.
     """
+    # The sum of both in one set of functions: columns of the declared friction, then of the law.
     used = {s for term in friction for s in term.free_symbols}
     symbols = [p.symbol for p in axis.parameters if p.symbol in used]
     amounts = sympy.symbols(f"law:{len(law)}", real=True, cls=sympy.Dummy)
@@ -252,8 +255,8 @@ def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Par
 def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
     """Return the parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative.
 
-    The known value of the undirected parameter is a mean of the two, and gives no uncertainty of
-    either.
+    It has the nominal value and bounds of the undirected parameter, but no known value: a known
+    value is a mean of the two directions, and gives no uncertainty of either.
     """
     name = fresh_name(f"{parameter.name}{suffix}", taken)
     return replace(parameter, name=name, known=None, known_sd=0.0)

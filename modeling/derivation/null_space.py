@@ -161,6 +161,7 @@ def unidentifiable_directions(
     """
     if not regressor.nonlinear:
         return ()
+    # The directions at the nominal values, and at values near them; none if one point has none.
     symbols = tuple(p.symbol for p in parameters)
     near = (nominal_point(parameters), generic_points(parameters)[0])
     nearby: list[tuple[NullSpaceVector, ...]] = []
@@ -170,6 +171,7 @@ def unidentifiable_directions(
         nearby.append(directions)
     if not nearby:
         return ()
+    # Directions that are the same also far from them keep their rational weights.
     far = tuple(_far_points(parameters))
     everywhere = [*nearby, *_directions(regressor, symbols, coordinate, far)]
     fewest = min(nearby, key=len)

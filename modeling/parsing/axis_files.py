@@ -491,6 +491,7 @@ def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experim
         "truth": table.table("truth").read_all(unknown, float),
         "signals": table.table("signals").read_all(recorded, sympy.Expr, {str(TIME): TIME}),
     }
+    # The keys that were read above are allowed in the table too.
     return table.made(Experiment, given=given, beside=("back_and_forth", *given))
 
 

@@ -107,7 +107,11 @@ class CoveringPoints:
         return sorted(symbols, key=lambda symbol: self._points.places.get(symbol, -1))
 
     def _solvable(self, feature: Feature) -> list[sympy.Symbol]:
-        """Return the free symbols for which a feature can be solved, in order."""
+        """Return the symbols of a feature for which it can be solved, in the order of `_ordered`.
+
+        A feature is a kink or a transition. Symbols with given numbers are left out, and the
+        velocity replaces the friction direction.
+        """
         return self._ordered(self._without_direction(feature.symbols))
 
     def cycle(self, number: int, *, decimals: bool = False) -> Iterator[DrawnPoint]:

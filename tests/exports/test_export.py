@@ -81,7 +81,7 @@ def test_toml_takes_the_place_of_a_declarations_parameters() -> None:
     axis = load_axis("mine.toml")
     found = identify(axis, twin_record(axis), methods=["idm-iv"])
     made = export(found, "toml")
-    table = made[made.index("[parameters]") : made.index("# No part")]
+    table = made[made.index("[parameters]") : made.index("# Not part")]
     pasted = re.sub(r"\[parameters\].*?(?=\n\[)", lambda _: table, text, flags=re.DOTALL)
     Path("mine.toml").write_text(pasted)
     again = load_axis("mine.toml")

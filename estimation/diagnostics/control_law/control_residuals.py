@@ -110,10 +110,13 @@ def compared_with_law(
 
 @cached_while_alive
 def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
-    """Return the inputs of the axis's law along a record, and its initial internal state, (m,).
+    """Return the inputs of the axis's law along a record, and the law's initial state, (m,).
 
-    The velocity in the inputs is that of the recorded positions with their noise. The initial state
-    is estimated with the low-passed velocity, with which the first controls show it better.
+    The state is the memory of law and delay at the first sample. If the law reads an ideal
+    velocity, which is not logged, the velocity in the inputs is the derivative of the recorded
+    positions with their noise, because the comparison low-passes the controls itself. The initial
+    state is estimated with the derivative of the low-passed positions instead, with which the first
+    controls show it better.
     """
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole, noisy=True)

@@ -119,7 +119,7 @@ def late_control(percent: float, shift: int, delay: int | None) -> LateControl:
     )
 
 
-#: A change that may make a law fit: its finding, and the changed axis, law and record.
+#: A change that may make a law fit: its finding, and the axis, the law and the record with it.
 _Change = tuple[LawRepair, GeneratedAxis, ControlLaw, Record]
 
 
@@ -165,7 +165,10 @@ def repair_of(
 
 
 def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield laws that compute the velocity in another way, with the same gains."""
+    """Yield changes to a law that computes the velocity in another way, with the same gains.
+
+    Each is a tuple of the finding, the axis with this law, this law, and the unchanged record.
+    """
     for name, variant in velocity_variants(law).items():
         yield (
             OtherVelocity(law=name),

@@ -98,6 +98,11 @@ def setting(name: str, value: SettingValue) -> str:
     return f"{name}={_as_python(value)}"
 
 
+def all_methods() -> str:
+    """Return how a user asks for a result with all methods: an option, or a call in Python."""
+    return "summary(every=True)" if _TYPED.get() is None else "--all"
+
+
 def other_command(command: str, name: str, value: SettingValue) -> str:
     """Return another command with one setting: ``axisid fit --output open-loop``.
 

@@ -22,7 +22,7 @@ from axisid.support.settings import setting
 MASS = ParameterDifference(
     name="M", difference=-0.45, unit="kg", percent=-0.47, standard_errors=2.7
 )
-NUMBERS = ["M differs by -0.45 kg", "-0.47 %", "2.7 standard errors"]
+NUMBERS = ["-0.45 kg for M", "-0.47 %", "2.7 standard errors"]
 APART = EstimateComparison(
     first="idm-iv", second="didim", differences=(MASS,), largest=MASS, p_value=1e-4, is_large=True
 )

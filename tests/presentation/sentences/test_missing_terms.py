@@ -94,7 +94,7 @@ def test_the_element_that_a_missing_term_names_is_declared(
 def test_a_missing_term_has_its_size_and_its_share(kind: str) -> None:
     finding = _missing(kind)
     text = sentence(finding)
-    assert "6.9 % of the force, 3.2 % beyond the declared terms. " in text
+    assert "6.9 % of the force; the declared terms cannot explain 3.2 %. " in text
     assert (f"+2.5 +- 0.1 {finding.unit}" in text) is bool(finding.unit)
     assert "{" not in text
     assert text[:1].islower() or kind == "coulomb"

@@ -32,9 +32,9 @@ LOOP = SimulatedLoop(
 @pytest.mark.parametrize("nature", ["systematic", "steps", "small", "none"])
 def test_the_residual_is_split_into_what_repeats_and_noise(nature: str) -> None:
     text = sentence(replace(RESIDUAL, nature=nature))
-    parts = ["97 %", "repeats", "every 6.24 s", "0.34 N is noise"]
+    parts = ["97 %", "repeats", "every 6.24 s", "0.34 N (rms) is noise"]
     if nature != "none":
-        parts.append("1.8 N (3.7 % of the force)")
+        parts.append("1.8 N (rms, 3.7 % of the force)")
     assert [part for part in parts if part not in text] == []
     assert "every" not in sentence(replace(RESIDUAL, period=None))
 

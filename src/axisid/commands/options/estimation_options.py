@@ -81,8 +81,8 @@ leave_out_option = click.option(
     "left_out",
     multiple=True,
     metavar="NAME",
-    help="Do not identify this parameter. It is fixed at the value of --fix, otherwise at 0 (at "
-    "its nominal value if the model is nonlinear in it). Can be repeated.",
+    help="Do not identify this parameter. It is held at 0, or at its nominal value if the model "
+    "is nonlinear in it; --fix, if the command has it, gives another value. Can be repeated.",
 )
 bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -118,8 +118,8 @@ class Filtering(Options):
     )
     reversals: str | None = option(
         "Keep or leave out samples near a velocity reversal or standstill, where the low-pass "
-        "smooths the step of friction.  [default: leave-out for axes with friction, unless that "
-        "hides a parameter]",
+        "smooths the step of friction.  [default: leave-out for axes with friction, unless "
+        "the other samples hardly determine a parameter]",
         type=click.Choice(["keep", "leave-out"]),
     )
 

@@ -173,12 +173,9 @@ def _agreement(comparison: EstimateComparison) -> str:
 
 def _disagreement(comparison: EstimateComparison, cause: str = "") -> str:
     """Return that two methods disagree, with every significant difference."""
-    second = comparison.second.upper()
+    first, second = comparison.first.upper(), comparison.second.upper()
     differences = [_difference(each) for each in comparison.differences]
-    return (
-        f"{comparison.first.upper()} and {second} disagree{cause}: relative to {second}, "
-        f"{listed(differences)}"
-    )
+    return f"{first} and {second} disagree{cause}: {first} minus {second} is {listed(differences)}"
 
 
 def _difference(difference: ParameterDifference) -> str:
@@ -186,8 +183,7 @@ def _difference(difference: ParameterDifference) -> str:
     percent = "" if difference.percent is None else f"{difference.percent:+.2g} %, "
     size = f"{difference.difference:+.2g} {difference.unit}".rstrip()
     return (
-        f"{difference.name} differs by {size} ({percent}{difference.standard_errors:.2g} standard "
-        "errors)"
+        f"{size} for {difference.name} ({percent}{difference.standard_errors:.2g} standard errors)"
     )
 
 

@@ -168,7 +168,8 @@ def constant_or_drift(finding: ConstantOrDrift) -> str:
 def other_gains(finding: OtherGains) -> str:
     """Return the gains that explain the control, and the scale that may explain it instead."""
     ways = [_gains_text(gains) for gains in finding.alternatives]
-    text = f"{_differs(finding)}: {'; or '.join(ways)}"
+    either = "either " if finding.scale is not None else ""
+    text = f"{_differs(finding)}: {either}{'; or '.join(ways)}"
     is_single = len(finding.alternatives) == 1
     if is_single and finding.has_right_gains:
         text += ", and every other gain is right"

@@ -52,7 +52,8 @@ def covariance_in_short(note: CovarianceNote) -> str:
     """Return what standard errors are and what calibrates them, without lags and noise."""
     name = _SHORT.get(note.kind, note.label)
     if note.replicas:
-        return f"{name}, calibrated with {note.replicas} simulated replicas of the record"
+        records = "records" if len(note.noise) > 1 else "record"
+        return f"{name}, calibrated with {note.replicas} simulated replicas of the {records}"
     if note.no_replicas:
         return f"{name}, without simulated replicas: {note.no_replicas}"
     return name

@@ -165,7 +165,7 @@ def samples_near_rests(finding: SamplesNearRests) -> str:
         return (
             f"{finding.percent_left_out:.2g} % of the samples have no weight, because they are "
             "near a standstill or a velocity reversal of the record or of its simulated loop, "
-            "where friction takes any force"
+            "where sticking friction can have any value"
         )
     return (
         "samples near a standstill or a velocity reversal have weight, because a parameter is "

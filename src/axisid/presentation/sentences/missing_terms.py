@@ -150,7 +150,11 @@ def missing_terms(finding: MissingTerms) -> str:
     """Return what the model lacks, the largest part of the force first."""
     if not finding.found:
         return "the residual has none of the terms that were tested"
-    text = one_after_another([sentence(each) for each in finding.found])
+    texts = [sentence(finding.found[0])]
+    for each in finding.found[1:]:
+        also = "also missing: " if isinstance(each, MissingTerm) else ""
+        texts.append(f"{also}{sentence(each)}")
+    text = one_after_another(texts)
     if finding.may_be_long_delay:
         text += (
             ". The delay or lag that is declared too long may cause this (see alignment). Correct "
@@ -165,7 +169,7 @@ def missing_term(finding: MissingTerm) -> str:
     text = f"{_statement(finding)}. {capitalised(_advice(finding.term, finding))}"
     for other in finding.others:
         name = _filled(_words_of(other).name, other, finding)
-        text += f". Nearly as much is explained by {name}: {_advice(other, finding)}"
+        text += f". Alternatively, {name} explains nearly as much: {_advice(other, finding)}"
     return text
 
 
@@ -204,8 +208,8 @@ def moved_parameter(finding: MovedParameter) -> str:
         )
     else:
         change = (
-            f"missing terms of the model change {finding.parameter} by {finding.percent:.2g} % of "
-            "its value"
+            f"a missing term of the model changes {finding.parameter} by {finding.percent:.2g} % "
+            "of its value"
         )
     return (
         f"{change}, and a value that is more than {finding.most_percent:g} % off must not be used. "
@@ -222,7 +226,7 @@ def share_text(share: ShareOfForce) -> str:
     beyond = f"{share.beyond_percent:.2g} %"
     if whole.startswith(beyond):
         return whole
-    return f"{whole}, {beyond} beyond the declared terms"
+    return f"{whole}; the declared terms cannot explain {beyond}"
 
 
 def _statement(finding: MissingTerm) -> str:

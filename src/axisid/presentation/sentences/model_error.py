@@ -34,11 +34,11 @@ def residual_at_repeats(finding: ResidualAtRepeats) -> str:
     if finding.period is not None:
         again += f" every {finding.period:.4g} s"
     unit, left = finding.unit, finding.left
-    share = f"{finding.percent:.0f} % of the residual"
-    noise = f"{finding.noise:.2g} {unit} is noise"
+    share = f"{finding.percent:.0f} % of the power of the residual"
+    noise = f"{finding.noise:.2g} {unit} (rms) is noise"
     parts = (
-        f"{finding.repeated:.2g} {unit} ({finding.repeated_percent:.2g} % of the {left}) {again}; "
-        f"{noise}"
+        f"{finding.repeated:.2g} {unit} (rms, {finding.repeated_percent:.2g} % of the {left}) "
+        f"{again}; {noise}"
     )
     if finding.nature == "systematic":
         return f"{share} is systematic: {parts}"

@@ -77,7 +77,7 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
             "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs)
             + (f" of {written.horizon:g} s" if written.horizon else ""),
             "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
-            "start": f"{written.started}, {len(written.iterations)} steps",
+            "start": f"{written.started}; {len(written.iterations)} steps of the search",
         }
     )
 

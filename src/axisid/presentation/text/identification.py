@@ -37,6 +37,7 @@ from axisid.presentation.sentences import (
 )
 from axisid.support.checks import is_nothing
 from axisid.support.mappings import grouped
+from axisid.support.settings import all_methods
 from axisid.support.wording import or_dash, range_text
 
 from .identification_details import (
@@ -126,9 +127,9 @@ def _screen(result: SavedIdentification) -> Document:
         else missing_notes(missing, result.verdict)
     )
     verdict = verdict_block(result.verdict)
-    more = "All methods"
+    more = "For all methods"
     if noted:
-        more = f"Notes on {', '.join(dict.fromkeys(noted))} and all methods"
+        more += f" and the notes on {', '.join(dict.fromkeys(noted))}"
     return (
         _heading(result),
         judged_table(result),
@@ -138,7 +139,7 @@ def _screen(result: SavedIdentification) -> Document:
             sentences=(
                 *(Sentence(text=each) for each in shared_remarks([result.preferred])),
                 *(Sentence(text=each) for each in without),
-                Sentence(text=f"{_rows_in_short(result)} {more}: --all, summary(every=True)."),
+                Sentence(text=f"{_rows_in_short(result)} {more}: {all_methods()}."),
             )
         ),
     )
@@ -465,8 +466,8 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
     if any(estimate.by_output_error for estimate in estimates):
         notes.append(
             "DIDIM: least squares of the measured force on the regressor of the simulated closed "
-            "loop, both with the same filter. Its equation error is its simulation error. It "
-            "relies on the declared control law."
+            "loop, both with the same filter. Its equation error equals its simulation error and "
+            "is printed once. It relies on the declared control law."
         )
     if {"idm-iv", "ddm-iv"} <= {e.method for e in estimates}:
         notes.append(
