@@ -214,8 +214,8 @@ CHECK_LEVEL = Threshold(0.01, "1",
     "missing terms, a record that contradicts the others, estimates that differ, fixed values",
     "convention; by Holm's rule over missing terms, by Bonferroni's over places and records")
 LEAST_SHARE = Threshold(0.01, "1",
-    "share of the force (rms), or of a parameter's value, from which a finding matters; a "
-    "missing term also matters if it changes a parameter by more than its interval",
+    "share of the force (rms), or of a parameter's value, from which a finding matters; a missing "
+    "term also matters if it changes a parameter by more than half the width of its interval",
     "chosen: as for a parameter's part of the force")
 
 # Fits of an output

@@ -106,7 +106,7 @@ def test_check_tells_stale_missing_and_orphan_files_and_the_command(run: Run, fo
     assert f"stale: {stale}" in out
     assert "missing: " in out
     assert "orphan: " in out
-    assert f"run: axisid generate --output {folder}" in err
+    assert f"Run: axisid generate --output {folder}" in err
     assert run("generate", "--output", folder)[0] == 0
     shutil.rmtree(folder / "old")
     assert run("generate", "--check", "--output", folder)[0] == 0
