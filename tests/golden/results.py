@@ -74,7 +74,8 @@ def _kept(
     if isinstance(node, dict):
         deviation = node.get("sd_hac", node.get("sd", node.get("error")))
         for key, each in node.items():
-            yield from _kept(each, (*path, key), deviation)
+            if key != "finding":  # of a check, whose status is kept
+                yield from _kept(each, (*path, key), deviation)
     elif isinstance(node, list):
         for i, each in enumerate(node):
             named = each if isinstance(each, dict) else {}
