@@ -165,7 +165,7 @@ def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
     truth = axis.nominal * [0.9, 1.25, 0.8, 1.1, 0.9, 1.1, 0.8]
     result = fit(axis, _record(axis, truth, noise=2e-9, samples=4000))
     assert result.started == "nominal"
-    assert "remembers" in result.remarks[0]
+    assert "internal state" in result.remarks[0]
     low, high = np.transpose([each.interval for each in result.parameters.values()])
     assert np.all((low <= truth) & (truth <= high))
     assert np.all(result.deviations < 1e-3 * truth)
