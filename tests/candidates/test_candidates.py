@@ -73,7 +73,7 @@ def _raises(motion: Along, _: Array) -> Array:
         ({"columns": lambda motion, _: np.ones(len(motion.place))}, "shape"),
         ({"columns": lambda motion, _: np.nan * _cubic(motion, _)}, "not all below 1e"),
         ({"columns": lambda motion, _: 1e200 * _cubic(motion, _)}, "not all below 1e"),
-        ({"columns": lambda motion, _: np.ones((len(motion.place), 1, 40))}, "31 at most"),
+        ({"columns": lambda motion, _: np.ones((len(motion.place), 1, 40))}, "1 to 31 columns"),
         ({"columns": _raises}, "IndexError"),
         ({"between": lambda grid, _: grid[9]}, "IndexError"),
     ],
