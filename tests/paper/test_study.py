@@ -50,7 +50,9 @@ def test_study_prints_the_eight_tables_with_published_and_own_figures(study: Stu
     assert blocks_html(study_document(study)).count("<table>") == 8
     for published in ("54.9", "234.9", "48.7", "24.4", "4.64"):
         assert published in text
-    assert "theta1 is then at most 0.0139, and the M of table 8 at least 72" in " ".join(text.split())
+    assert "theta1 is then at most 0.0139, and the M of table 8 at least 72" in " ".join(
+        text.split()
+    )
 
 
 def without(columns: np.ndarray, others: np.ndarray) -> np.ndarray:
