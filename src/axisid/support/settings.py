@@ -52,17 +52,21 @@ def settings_typed(options: Mapping[str, str], keys: Collection[str]) -> Iterato
     keys : collection of str
         Keys of a ``run.toml``.
     """
-    token = _TYPED.set(_Typed(options, keys))
-    try:
+    with _spelled(_Typed(options, keys)):
         yield
-    finally:
-        _TYPED.reset(token)
 
 
 @contextmanager
 def settings_in_python() -> Iterator[None]:
     """Spell settings as arguments in Python, whatever runs: in files, and in other processes."""
-    token = _TYPED.set(None)
+    with _spelled(None):
+        yield
+
+
+@contextmanager
+def _spelled(typed: _Typed | None) -> Iterator[None]:
+    """Spell settings as a command takes them; None as arguments in Python."""
+    token = _TYPED.set(typed)
     try:
         yield
     finally:
@@ -128,24 +132,27 @@ def _as_toml(value: SettingValue) -> str:
     """Return a value as it is written in a TOML file."""
     if isinstance(value, bool):
         return "true"
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_quoted, value))}]"
-    if isinstance(value, str):
-        return _quoted(value)
-    pairs = ", ".join(f"{key} = {_as_toml(each)}" for key, each in value.items())
-    return f"{{ {pairs} }}"
+    if isinstance(value, Mapping):
+        pairs = ", ".join(f"{key} = {_as_toml(each)}" for key, each in value.items())
+        return f"{{ {pairs} }}"
+    return _as_literal(value)
 
 
 def _as_python(value: SettingValue) -> str:
     """Return a value as a Python expression."""
     if isinstance(value, bool):
         return "True"
+    if isinstance(value, Mapping):
+        pairs = ", ".join(f'"{key}": {_as_python(each)}' for key, each in value.items())
+        return f"{{{pairs}}}"
+    return _as_literal(value)
+
+
+def _as_literal(value: str | tuple[str, ...]) -> str:
+    """Return a text or a list of texts, as TOML and Python write it."""
     if isinstance(value, tuple):
         return f"[{', '.join(map(_quoted, value))}]"
-    if isinstance(value, str):
-        return _quoted(value)
-    pairs = ", ".join(f'"{key}": {_as_python(each)}' for key, each in value.items())
-    return f"{{{pairs}}}"
+    return _quoted(value)
 
 
 def _quoted(value: str) -> str:

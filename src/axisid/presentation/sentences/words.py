@@ -12,8 +12,7 @@ def listed(names: Sequence[str]) -> str:
 
 def one_after_another(texts: Sequence[str]) -> str:
     """Return sentences one after another; the first letter of the first stays as it is."""
-    later = [text[:1].upper() + text[1:] for text in texts[1:]]
-    return ". ".join([*texts[:1], *later])
+    return ". ".join([*texts[:1], *map(capitalised, texts[1:])])
 
 
 def capitalised(text: str) -> str:
