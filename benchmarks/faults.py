@@ -157,7 +157,7 @@ def doubts(result: Identification) -> str:
 
 def _is_usual(note: str) -> bool:
     """What is said of every log of arrays."""
-    return note.startswith(("no unit given", "no column"))
+    return note.startswith(("without units", "no column"))
 
 
 def off(result: Identification, truth: dict[str, float]) -> str:

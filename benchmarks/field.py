@@ -384,7 +384,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "friction over the position": (
         _rubs_along(0.1, 1.5),
-        r"depends on the position",
+        r"depends (linearly )?on the (square of the )?position|friction .*periodic in the position",
     ),
     "spring": (_is(resistance=_springs), r"spring"),
     "cogging": (
@@ -417,7 +417,7 @@ FAULTS: dict[str, Fault] = {
         _is(lag=lambda c: c.machine.period),
         r"\b(delay|lag)\b",
     ),
-    "control logged a sample early": (_logs(early=1), r"before the law could|\bearl(y|ier)\b"),
+    "control logged a sample early": (_logs(early=1), r"before the law can|\bearl(y|ier)\b"),
     "control's sign": (_logs(factor=-1.0), r"sign is (flipped|opposite)"),
     "feed-forward in the log": (
         _is(feed_forward=_forward),

@@ -266,8 +266,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "freedom takes the variance of the coefficient for 1/n": (
         _COVARIANCE,
-        "2 / ((2 + slopes**2 * (1 - rho**2)) / n)",
-        "2 / ((2 + slopes**2) / n)",
+        "relative_variances = (2 + slopes**2 * (1 - rho**2)) / n",
+        "relative_variances = (2 + slopes**2) / n",
         (_DELTA,),
     ),
     "scores that alternate are not whitened": (
@@ -338,7 +338,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "instruments are as sure as a regressor of their own": (
         "estimation/regression/linear.py",
-        "    influence = np.linalg.solve(bent, basis.T).T / X.scale",
+        "    influence = np.linalg.solve(by_slopes, basis.T).T / X.scale",
         "    influence = (Z.basis @ Z.inverse.T).astype(float)",
         (f"{_SANDWICH}::test_instrumental_variables_are_those_of_linearmodels",),
     ),

@@ -1,7 +1,7 @@
 """From a record to estimates. Dimensions: N samples, n rows, p parameters, m of the direct model.
 
 `Record` + `Prefilter` -> `FilteredRecord` -> `Problem` -> `Fit` -> `Estimate` -> `Identification`.
-No SymPy: the axis is its generated functions.
+SymPy is not used: an axis is given by its generated functions.
 """
 
 import lazy_loader

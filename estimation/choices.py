@@ -22,7 +22,7 @@ class MethodRow:
     method : str
         ``module:class`` of the `Method`.
     form : str
-        ``module:class`` of the `Form` that it regresses.
+        ``module:class`` of the form of the model, inverse or direct, whose rows it solves.
     compares : bool
         True if `compare` can use the method: `compare` solves the rows of the inverse model that
         are not held out, by least squares or with the instruments of the estimate.
@@ -70,10 +70,15 @@ def method_names() -> tuple[str, ...]:
 
 
 def instruments_of(name: str) -> str:
-    """Return the method by instruments with the form of a least-squares method; else empty."""
+    """Return the method by instruments with the same form of the model as a least-squares method.
+
+    Empty for the name of a method that is not least squares.
+    """
     forms = [row.form for row in METHOD_ROWS if (row.name, row.method) == (name, _LEAST_SQUARES)]
-    able = (row for row in METHOD_ROWS if row.method == _INSTRUMENTS and row.form in forms)
-    return next((row.name for row in able), "")
+    for row in METHOD_ROWS:
+        if row.method == _INSTRUMENTS and row.form in forms:
+            return row.name
+    return ""
 
 
 def is_output_error(name: str) -> bool:
@@ -82,12 +87,16 @@ def is_output_error(name: str) -> bool:
 
 
 def comparison_methods() -> tuple[str, ...]:
-    """Return the methods that `compare` can use."""
+    """Return the names of the methods that `compare` can use."""
     return tuple(row.name for row in METHOD_ROWS if row.compares)
 
 
 def same_estimates(names: Sequence[str]) -> dict[str, str]:
-    """Return the methods with the same estimate as another given method, with that method."""
+    """Return the given methods whose estimate another given method repeats, by name.
+
+    Each name is that of the later method, such as ``ddm-iv``; its value is the other method with
+    the same estimate, ``idm-iv``. Empty where no two given methods have the same estimate.
+    """
     same = {row.name: row.same_as for row in METHOD_ROWS if row.same_as}
     return {name: same[name] for name in names if same.get(name) in names}
 
@@ -145,7 +154,7 @@ CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop
 OUTPUTS: Mapping[str, str] = MappingProxyType(
     {
         CONTROL: "the control of the simulated loop",
-        POSITION: "the position of the simulated loop, which needs the exact control law",
+        POSITION: "the position of the simulated loop (this needs the exact control law)",
         FORCE: "the force of the simulated drive",
         OPEN_LOOP: "the position simulated with the recorded control, in windows",
     }
@@ -162,7 +171,10 @@ FIT = "fit:"
 
 
 def fit_names() -> tuple[str, ...]:
-    """Return the names of fits of one output that twins record, as in lists of methods."""
+    """Return the names of the fits of one output, as in lists of methods: ``fit:control``.
+
+    The fit of the force is not among them, because twins do not record a force.
+    """
     return tuple(f"{FIT}{output}" for output in OUTPUTS if output != FORCE)
 
 
@@ -176,7 +188,7 @@ SQUARES, SOFT_L1, HUBER = "squares", "soft-l1", "huber"
 LOSSES: Mapping[str, str] = MappingProxyType(
     {
         SQUARES: "all samples have equal weight",
-        SOFT_L1: "large errors have less weight, smoothly",
+        SOFT_L1: "the weight decreases smoothly with the size of the error",
         HUBER: "errors above 1.345 standard deviations have less weight",
     }
 )
@@ -198,7 +210,7 @@ class LogKey:
     name : str
         Name of the key, and of the argument of `read_record` or `Repairs`.
     said : str
-        Its meaning, for help and for comments.
+        Meaning of the key, for help and for comments in a run.toml.
     example : str
         A value in TOML.
     option : str
@@ -223,8 +235,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
     for key in (
         LogKey(
             name="sample_period",
-            said="Sampling period of the log, s, instead of the mean step of its time column. It "
-            "confirms that the log has another period than the control law; the law is then "
+            said="Sampling period of the log, s, instead of the mean step of its time column. This "
+            "key confirms that the log has another period than the control law. The law is then "
             "simulated at its own period.",
             example="1e-3",
         ),
@@ -261,8 +273,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="wrap",
-            said="Remove jumps of the position by this modulus. It also restores the sign of "
-            'unsigned numbers in other columns, as in "control=65536".',
+            said="Remove jumps of the position by this modulus. A modulus of another column "
+            'restores the sign of its unsigned numbers, as in "control=65536".',
             example='"360:deg"',
             is_repair=True,
         ),
@@ -276,13 +288,14 @@ LOG_KEYS: Mapping[str, LogKey] = {
         LogKey(
             name="tail",
             said="Leave out lines at the end of a text file that are not rows: a line or number "
-            "that was cut off, a footer.",
+            "that was cut off, or a footer.",
             example='"drop"',
             is_repair=True,
         ),
         LogKey(
             name="max_memory",
-            said="Largest memory for reading the log, bytes; half of the machine's by default.",
+            said="Largest memory for reading the log, bytes. The default is half of the machine's "
+            "memory.",
             example="4e9",
         ),
         LogKey(
@@ -297,8 +310,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="shift",
-            said="Move a column to later times, by a number of samples or by a time such as 2ms, "
-            "if the logger wrote it too early.",
+            said="Move a column to later times if the logger wrote it too early, by a number of "
+            "samples or by a time such as 2ms.",
             example="{ control = 1 }",
             is_repair=True,
         ),

@@ -2,7 +2,7 @@
 
 In: nothing. Out: the base class of findings, and findings that any check may have. Knows nothing of
 the subject of a check: a finding of one subject is defined next to the check that makes it.
-`axisid.presentation.sentences` has its sentence.
+`axisid.presentation.sentences` makes the sentence of each finding.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from axisid.support.wording import plain_numbers
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """Base of all findings."""
+    """Result of a check as numbers, names and units; the base class of all findings."""
 
     @property
     def sentence(self) -> str:
@@ -25,12 +25,12 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Said(Finding):
-    """A finding without numbers: only a sentence.
+    """A finding that is only a sentence, without numbers.
 
     Attributes
     ----------
     text : str
-        Reason why a check could not be made, or the sentence of a check of the user's own.
+        Reason why a check could not be made, or the sentence of a user's own check.
     """
 
     text: str
@@ -38,11 +38,12 @@ class Said(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultOfCheck(Finding):
-    """A fault of the program, or of a user's own candidate, by which a check could not be made.
+    """A fault of the program, or of a user's own candidate, that prevented a check.
 
     Attributes
     ----------
     reason : str
+        Sentence about the fault.
     """
 
     reason: str
@@ -55,9 +56,10 @@ class ReadFinding(Finding):
     Attributes
     ----------
     text : str
-        Its sentence.
+        Sentence of the finding.
     data : mapping of str to Any
-        Its kind and its numbers, names and units.
+        Members of the finding by name: ``kind``, the name of its class, and its numbers, names and
+        units.
     """
 
     text: str
@@ -66,11 +68,12 @@ class ReadFinding(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeveralFindings(Finding):
-    """Several findings of one check, reported one after another.
+    """Several findings of one check.
 
     Attributes
     ----------
     findings : tuple of Finding
+        The findings, in the order in which they are reported.
     """
 
     findings: tuple[Finding, ...]
@@ -78,7 +81,7 @@ class SeveralFindings(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindingOfRecords(Finding):
-    """A finding of some of several records.
+    """Finding of a check that was made for several records and did not pass for all of them.
 
     Attributes
     ----------
@@ -87,7 +90,7 @@ class FindingOfRecords(Finding):
     records : tuple of str
         Names of the records with the same finding.
     others : tuple of str
-        Names of the records with the same status and another finding.
+        Names of the records with the same status but another finding.
     fails : bool
         Whether the check fails for these records; otherwise it is a note.
     """
@@ -100,11 +103,12 @@ class FindingOfRecords(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindingExceptFor(Finding):
-    """A finding of several records without those for which the check could not be made.
+    """Finding of a check that passed for some records and could not be made for others.
 
     Attributes
     ----------
     finding : Finding
+        Finding of the record whose figure is farthest from its threshold.
     unmade : tuple of str
         Names of the records for which the check could not be made.
     """

@@ -50,9 +50,9 @@ MIN_ROW_WEIGHT = Threshold(0.1, "1",
 MIN_INFORMATION_LEFT = Threshold(2 / 3, "1",
     "share of a parameter's information that remains without samples near reversals; if it is "
     "smaller, these samples are kept",
-    "chosen: the standard error without them is then 1.2 times as large; from this share on, "
-    "keeping them is closer to the true values on the twins of the library, and on held-out "
-    "motions of the DFKI pendulum")
+    "chosen: the standard error without these samples is then 1.2 times as large; below this "
+    "share, the estimates with these samples are closer to the true values on the twins of the "
+    "library, and on held-out motions of the DFKI pendulum")
 
 # Simulated loop
 MAX_STIFFNESS_RATIO = Threshold(16, "1",
@@ -98,12 +98,12 @@ MIN_STEP_DIFFERENCES = Threshold(10, "differences",
 
 # Estimates
 MAX_SIMULATION_ERROR = Threshold(50.0, "%",
-    "simulation error (rms) of the force (rms) from which the simulated loop does not follow "
-    "the record",
+    "simulation error (rms), relative to the force (rms), from which the simulated loop does "
+    "not follow the record",
     "chosen: the loop then explains three quarters of the force's power")
 NO_RELATION = Threshold(100.0, "%",
-    "simulation or equation error (rms) of the force (rms) from which the model explains "
-    "nothing of the record",
+    "simulation or equation error (rms), relative to the force (rms), from which the model "
+    "explains nothing of the record",
     "derived: nothing of the force's power is explained")
 CONVERGED = Threshold(1e-2, "standard errors",
     "step of the iteration of the instruments up to which it has converged",
@@ -112,8 +112,8 @@ INTERVAL_LEVEL = Threshold(0.95, "1",
     "probability of the printed intervals",
     "convention")
 MIN_ROWS_PER_PARAMETER = Threshold(10, "rows",
-    "smallest number of independent rows for each parameter, or that show a parameter, for a "
-    "reliable standard error",
+    "smallest number of independent rows for each parameter, and of rows in which a parameter "
+    "acts, for a reliable standard error",
     "chosen")
 MIN_DISTANCE_FROM_NOISE = Threshold(3.0, "standard errors",
     "distance from which a parameter, a factor, a constant or a delay is significant",
@@ -132,7 +132,7 @@ BISQUARE_TUNING = Threshold(4.685, "standard deviations",
     "residual above which the weight of the bisquare is 0",
     "95 % of the efficiency of least squares for normal noise [HollandWelsch1977]")
 
-# Moves
+# Residual
 MIN_MODEL_SHARE = Threshold(0.5, "1",
     "share of the residual's power that repeats with the motion, from which it is reported; "
     "share that a limit of the drive explains, from which the limit is named",
@@ -140,7 +140,7 @@ MIN_MODEL_SHARE = Threshold(0.5, "1",
 
 # Diagnostics: the control law and the loop
 MAX_LAW_RESIDUAL = Threshold(5.0, "%",
-    "largest control error (rms) of the declared law, relative to the recorded control (rms)",
+    "largest residual (rms) of the declared law, relative to the recorded control (rms)",
     "chosen: it is 0.24 % on the EMPS record")
 MAX_SCALE_ERROR = Threshold(0.01, "1",
     "difference of a factor from 1 above which a column is scaled wrongly, if everything else "
@@ -210,9 +210,10 @@ MAX_REPEATED_SAMPLES = Threshold(1.02, "1",
 
 # Levels, which are arguments (level=, least_share=)
 CHECK_LEVEL = Threshold(0.01, "1",
-    "probability that a check fails for a correct model, over everything that it looks for: "
+    "probability that a check fails for a correct model, over all hypotheses of the check: "
     "missing terms, a record that contradicts the others, estimates that differ, fixed values",
-    "convention; by Holm's rule over missing terms, by Bonferroni's over places and records")
+    "convention; by Holm's rule over missing terms, by Bonferroni's over the speeds, periods and "
+    "times at which a term is tested, and over records")
 LEAST_SHARE = Threshold(0.01, "1",
     "share of the force (rms), or of a parameter's value, from which a finding matters; a missing "
     "term also matters if it changes a parameter by more than half the width of its interval",

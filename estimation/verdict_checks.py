@@ -3,7 +3,8 @@
 In: a figure, its threshold, a finding. Out: `Check`, `Conclusion`. Knows nothing of the subject of
 a check.
 
-`KINDS` has every check of the program: its line of a verdict, and its weight.
+A verdict groups checks by the question that they answer: its lines. `KINDS` has the line and the
+weight of every check of the program.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -28,10 +29,12 @@ from axisid.support.wording import quoted
 
 #: How far the estimates of a result can be used.
 Belief = Literal["believed", "with care", "not believed"]
+#: Status of a check, see `Check`.
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
 
 Else = TypeVar("Else")
+#: Statuses of a check that was made, the worst first.
 WORST_FIRST: tuple[Status, ...] = ("fail", "note", "pass")
 
 
@@ -45,12 +48,12 @@ class Levels:
         Probability that any error of a correct model is reported, over all hypotheses.
     least_share : float
         Part of the force, or of a parameter's value, from which an error is relevant. A missing
-        term is relevant too where it moves a parameter by more than half the width of its interval.
+        term is also relevant if it changes a parameter by more than half the width of its interval.
 
     Raises
     ------
     UsageError
-        One of them is not between 0 and 1.
+        A threshold is not a number between 0 and 1.
     """
 
     level: Annotated[float, Meta(gt=0, lt=1)] = CHECK_LEVEL.value
@@ -61,8 +64,8 @@ class Levels:
             given = getattr(self, each.name)
             if not (is_real(given) and 0 < float(given) < 1):
                 raise UsageError(
-                    f"the {each.name.replace('_', ' ')} is {quoted(given)}; give a number between "
-                    f"0 and 1, such as {each.default:g}.",
+                    f"the {each.name.replace('_', ' ')} is {quoted(given)}, which is not a number "
+                    f"between 0 and 1. Give a number such as {each.default:g}.",
                     code="method",
                 )
 
@@ -77,20 +80,23 @@ class Check:
     Attributes
     ----------
     name : str
+        Name of the check, as in `KINDS`.
     status : {"pass", "note", "fail", "not evaluated"}
-        A note is beyond its threshold as well, but the printed numbers allow for it.
+        A note is beyond the threshold as well, but the estimates remain usable: they already take
+        it into account, or another check reports the same cause.
     finding : Finding
-        Result of the check as data.
+        Result of the check as data. A text becomes `Said`, for a user's own check.
     figure : float or None
-        The measured quantity.
+        The measured quantity; None without one.
     threshold : float or None
-        Threshold of the figure.
+        Threshold of the figure; None without one.
     p_value : float or None
+        P-value of the test behind the check; None for a check without a test.
     source : str
         Definition of the figure with its unit, and the condition under which the check fails, or
         the origin of the threshold.
     leaves_open : bool
-        Whether the numbers rely on something that this check could not test, in any record.
+        Whether the estimates rely on something that this check could not test, in any record.
     """
 
     name: str
@@ -103,24 +109,32 @@ class Check:
     leaves_open: bool = False
 
     def __post_init__(self) -> None:
-        if isinstance(self.finding, str):  # of a check of the user's own
+        if isinstance(self.finding, str):  # the text of a user's own check
             object.__setattr__(self, "finding", Said(text=self.finding))
 
     @property
     def meaning(self) -> str:
         """Return the sentence for the user: the finding and a remedy.
 
-        If the sentence cannot be made because of a fault of the program, the text says so.
+        If a fault of the program prevents the sentence, the text reports that fault.
         """
         made = unless_faulty(lambda: self.finding.sentence)
         return made.reason if isinstance(made, Missing) else made
 
     @classmethod
     def not_evaluated(cls, name: str, missing: Missing) -> "Check":
-        """Return a check that could not be made, as a verdict lists it; it fails for a fault.
+        """Return the check for a missing result: not evaluated, or failed because of a fault.
 
-        It leaves a question open if its kind is `needed` and the result uses the subject of the
-        check.
+        The check leaves a question open if its kind is `needed` and the result uses the subject of
+        the check.
+
+        Parameters
+        ----------
+        name : str
+            Name of the check.
+        missing : Missing
+            Reason why there is no result: `Fault` for a fault of the program or of a user's own
+            candidate, `NotUsed` for a subject that the result does not use.
         """
         leaves_open = kind_of(name).needed and not isinstance(missing, NotUsed)
         status: Status = "not evaluated"
@@ -140,7 +154,21 @@ class Check:
         *,
         matters: bool = True,
     ) -> "Check":
-        """Return a check that fails if there is a fault, and otherwise passes."""
+        """Return a check that fails if there is a fault, and otherwise passes.
+
+        Parameters
+        ----------
+        name : str
+            Name of the check.
+        fault : Finding or str or None
+            Finding of a failed check; None or an empty text if there is no fault.
+        held : Finding or str
+            Finding of a check that passes.
+        figure, most : float or None
+            Measured quantity and its threshold; None without one.
+        matters : bool
+            Whether a fault fails the check; otherwise the check is a note.
+        """
         found = fault or held
         return cls(
             name=name,
@@ -152,12 +180,14 @@ class Check:
 
     @property
     def line(self) -> str:
-        """Line of the verdict that the check belongs to, as in `KINDS`."""
+        """Line of the verdict that the check belongs to, see `Kind`."""
         return kind_of(self.name).line
 
     @property
     def is_faulty(self) -> bool:
-        """True if the check failed because of a fault of the program, not because of a finding."""
+        """True if a fault of the program, or of a user's own candidate, prevented the check."""
+        # The finding itself, or its members if it was read from a file; of the worst record if
+        # there are several.
         finding = self.finding
         if isinstance(finding, FindingOfRecords):
             finding = finding.finding
@@ -170,14 +200,23 @@ class Check:
 
 
 def made(name: str, find: Callable[[], Check | Missing | None]) -> Check | None:
-    """Return a check as a verdict lists it, with the reason where it could not be made."""
+    """Return the check that a function makes; None where there is nothing to check.
+
+    If the function returns `Missing` or raises an error, the check is that of
+    `Check.not_evaluated`, with the reason.
+    """
     found = unless_faulty(find)
     return Check.not_evaluated(name, found) if isinstance(found, Missing) else found
 
 
 def status_of(good: bool, *, matters: bool = True) -> Status:
-    """Return the status of a check that was made; one that does not matter is a note."""
-    return "pass" if good else "fail" if matters else "note"
+    """Return the status of a check that was made: "pass" if it is good, otherwise "fail".
+
+    A check that is not good is a "note" if that does not matter for the estimates.
+    """
+    if good:
+        return "pass"
+    return "fail" if matters else "note"
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,42 +230,52 @@ class NotUsed(Missing):
 
 
 def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
-    """Return the result of a check, or the reason why it could not be made, whatever it raises.
+    """Return the result of a function, or the reason why there is none if it raises an error.
 
-    A fault is raised where tracebacks are requested. Lack of memory is not a fault of a check. A
-    user's own candidate that fails counts as a fault, because the other candidates were not
-    compared.
+    An error of axisid, such as unsuitable data, becomes `Missing`. A user's own candidate that
+    fails becomes `Fault`, because the other candidates were not compared. Any other exception
+    becomes `Fault` too; if the user asks for tracebacks, it is raised instead. Lack of memory is
+    always raised.
 
     Parameters
     ----------
     find : callable
+        Function without arguments that makes a check or a measurement.
     """
     try:
         return find()
+    except CandidateError as error:
+        return Fault(str(error))
     except AxisidError as error:
-        return (Fault if isinstance(error, CandidateError) else Missing)(str(error))
+        return Missing(str(error))
     except MemoryError:
         raise
     except Exception as fault:
         if asks_for_tracebacks():
             raise
-        said = f"{type(fault).__name__}: {fault}".rstrip(": ")
-        return Fault(f"the check could not be made because of a fault ({said}). Please report it")
+        error_text = f"{type(fault).__name__}: {fault}".rstrip(": ")
+        return Fault(
+            f"the check could not be made because of a fault of the program ({error_text}). Report "
+            "this fault"
+        )
 
 
 def value_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Else:
-    """Return the result of a measurement, or a default where it could not be made."""
+    """Return the result of a measurement, or the default `otherwise` where it is missing."""
     found = unless_faulty(find)
     return otherwise if isinstance(found, Missing) else found
 
 
 def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | None:
-    """Return the worst check of several records, with their names; for one record its check.
+    """Return one check for several records: the worst, with the names of its records.
+
+    Of the checks with the worst status, it is the one whose figure is farthest from its threshold.
+    The check of a single record is returned unchanged. None where no record has anything to check.
 
     Parameters
     ----------
     found : sequence of Check or None
-        Checks by record, of one diagnostic.
+        The same check of each record; None for a record with nothing to check.
     records : sequence of str
         Names of the records.
     """
@@ -235,15 +284,19 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
     unmade = [name for name, each in every if each.status == "not evaluated"]
     leaves_open = any(each.leaves_open for _, each in every)
+    # The check could be made for no record.
     if len(unmade) == len(every):
         return replace(every[0][1], leaves_open=leaves_open) if every else None
-    status = next(s for s in WORST_FIRST if any(each.status == s for _, each in every))
+    # The worst status, and of its checks the one that is farthest from the threshold.
+    statuses = {each.status for _, each in every}
+    status = next(each for each in WORST_FIRST if each in statuses)
     worst = [(name, each) for name, each in every if each.status == status]
     first = replace(max((each for _, each in worst), key=_distance), leaves_open=leaves_open)
     if status == "pass":
         if not unmade:
             return first
         return replace(first, finding=FindingExceptFor(finding=first.finding, unmade=tuple(unmade)))
+    # Records with this status, with the same finding and with another.
     same = tuple(name for name, each in worst if each.finding == first.finding)
     others = tuple(name for name, _ in worst if name not in same)
     of_records = FindingOfRecords(
@@ -253,7 +306,10 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
 
 
 def _distance(check: Check) -> float:
-    """Return the ratio of a figure to its threshold, at least 1; 0 where it has none."""
+    """Return the factor, at least 1, between the figure of a check and its threshold.
+
+    It is 0 where the figure or the threshold is missing or 0.
+    """
     if check.figure is None or not check.threshold:
         return 0.0
     ratio = abs(check.figure / check.threshold)
@@ -262,22 +318,22 @@ def _distance(check: Check) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """The place and the weight of checks of one name in every verdict.
+    """Line and weight of the checks of one name in every verdict.
 
     Attributes
     ----------
     line : str
-        The question of the verdict that it answers. Law: the control follows the declared law.
-        Timing: all signals are logged at the time that they act. Loop: the simulated closed loop
-        reproduces the recorded motion. Model: no term is missing. Outliers: there are none.
-        Precision: the record shows every parameter. Records: they are of one machine. Method: the
-        methods agree.
+        Line of the verdict. Each line states one thing if its checks pass. Law: the control follows
+        the declared law. Timing: all signals are logged at the time at which they act. Loop: the
+        simulated closed loop reproduces the recorded motion. Model: no term is missing. Outliers:
+        the record has none. Precision: the record shows every parameter. Records: all records are
+        of one machine. Method: the methods agree.
     rank : int
-        Its place among failed checks, a cause before its consequences.
+        Order among failed checks; a cause has a lower rank than its consequences.
     grave : bool
-        Whether the estimates must not be used where it fails.
+        Whether the estimates must not be used if the check fails.
     needed : bool
-        Whether the estimates rely on it, so that they are to be used with care without it.
+        Whether the estimates rely on the check, so that they are to be used with care without it.
     """
 
     line: str
@@ -286,7 +342,7 @@ class Kind:
     needed: bool = False
 
 
-#: By name, line by line.
+#: Kinds of checks by the name of the check, line by line.
 KINDS: dict[str, Kind] = {
     "control law": Kind(line="law", rank=0, grave=True, needed=True),
     "law's factors": Kind(line="law"),
@@ -332,16 +388,16 @@ KINDS: dict[str, Kind] = {
 
 
 def kind_of(check: str) -> Kind:
-    """Return the kind of a check; a check without a row in `KINDS` has its own line, the last."""
+    """Return the kind of a check by its name; a name that is not in `KINDS` is its own line."""
     return KINDS.get(check) or Kind(line=check)
 
 
 def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
-    """Return the lines of checks, each once, in the order of the checks."""
+    """Return the lines of checks, given by name: each line once, in the order of the checks."""
     return tuple(dict.fromkeys(kind_of(check).line for check in checks))
 
 
-#: Checks that a verdict names where they could not be made.
+#: Checks that a verdict names if they could not be made.
 _NAMED = ("missing terms", "control law", "simulation", "noise in the loop", "method")
 
 
@@ -353,15 +409,17 @@ class Conclusion:
     ----------
     belief : {"believed", "with care", "not believed"}
     first : tuple of str
-        Lines of the verdict to be corrected first: up to the first grave check that fails.
+        Lines of the verdict to be corrected first: those of the failed checks up to the first grave
+        one, in the order of rank; those of all failed checks if none is grave.
     failed : tuple of str
-        Lines of the verdict with a failed check, the gravest first.
+        Lines of the verdict with a failed check, in the order of rank.
     decisive : str or None
-        Name of the failed check that decides; None where checks of several lines do.
+        Name of the failed check that decides; None where no check fails, or checks of several lines
+        decide.
     is_faulty : bool
-        Whether the decisive check failed because of a fault of the program.
+        Whether a fault of the program, or of a user's own candidate, prevented the decisive check.
     unchecked : tuple of str
-        Lines of the verdict that were not checked and have to be named.
+        Lines of the verdict that were not checked and that the headline has to name.
     left_open : tuple of str
         Names of the checks that were not made although the estimates rely on them.
     """
@@ -377,17 +435,19 @@ class Conclusion:
 
 def conclusion(checks: Sequence[Check]) -> Conclusion:
     """Return the conclusion: how far the estimates can be used, failed and missing checks."""
-    how = belief(checks)
+    # Failed checks and their lines, in the order of rank.
     failed = [check for check in by_weight(checks) if check.status == "fail"]
     lines = lines_of(check.name for check in failed)
-    # The grave check and those before it, which may be its cause.
+    # The first grave check and those before it, which may be its cause.
     grave = [i for i, check in enumerate(failed) if kind_of(check.name).grave]
     deciding = failed[: min(grave) + 1] if grave else failed
     first = lines_of(check.name for check in deciding)
+    # Of several checks of one line, one that was made decides.
     decisive = min(deciding, key=lambda check: check.is_faulty) if len(first) == 1 else None
+    # Lines to name because a check was not made. A line with a failed check is named already. A
+    # loop that was not simulated is named only if the estimates rely on it.
     skipped = {check.name for check in checks if check.status == "not evaluated"}
-    left_open = {check.name for check in checks if check.leaves_open}
-    # Another check of the same line failed, or nothing simulates a loop next to its law.
+    left_open = [check.name for check in checks if check.leaves_open]
     irrelevant = {*lines, "loop"}
     unchecked = lines_of(
         name
@@ -395,7 +455,7 @@ def conclusion(checks: Sequence[Check]) -> Conclusion:
         if name in left_open or (name in skipped and kind_of(name).line not in irrelevant)
     )
     return Conclusion(
-        belief=how,
+        belief=belief(checks),
         first=first,
         failed=lines,
         decisive=None if decisive is None else decisive.name,
@@ -408,8 +468,8 @@ def conclusion(checks: Sequence[Check]) -> Conclusion:
 def belief(checks: Iterable[Check]) -> Belief:
     """Return how far the estimates of a result can be used.
 
-    They must not be used where any grave check fails. They are to be used with care where another
-    check fails, or where something that they rely on could not be checked.
+    They must not be used ("not believed") if a grave check fails. They are to be used with care if
+    another check fails, or if something that they rely on could not be checked.
     """
     found: Belief = "believed"
     for check in checks:
@@ -443,5 +503,5 @@ class Checked:
 
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
-    """Return checks by the weight of their failure for the estimates, the gravest first."""
+    """Return checks in the order of their rank in `KINDS`, a cause before its consequences."""
     return sorted(checks, key=lambda check: kind_of(check.name).rank)

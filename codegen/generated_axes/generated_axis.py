@@ -1,4 +1,4 @@
-"""The generated axis, the form of an axis that estimation uses. No SymPy beyond this point."""
+"""The generated axis, which estimation uses: numerical functions in place of SymPy expressions."""
 
 from __future__ import annotations  # so that help() prints them as written
 
@@ -62,7 +62,7 @@ class Quantity:
     ----------
     name, unit : str
     expression : str
-        Its formula; empty if it has none.
+        Formula of the quantity; empty if it has none.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """Return the formula of the quantity if it has one, otherwise its name."""
+        """Formula of the quantity if it has one, otherwise its name."""
         return self.expression or self.name
 
 
@@ -95,24 +95,24 @@ class GeneratedAxis:
     axis : Axis
         The declaration (names, units, nominal values, drive, law, columns) in base parameters.
     base : BaseModel
-        Base parameters from the declared ones.
+        Map from the declared parameters to the base parameters.
     signature : str
         SHA-256 of the content from which the functions were generated.
     parameters : tuple of Quantity
-        Length p; physical, or the base parameters if the declared ones are not linear or not
-        distinguishable, which then have an `expression`.
+        The physical parameters, length p: the declared parameters. If these are not linear or not
+        distinguishable, they are the base parameters, which then have an `expression`.
     ddm_parameters : tuple of Quantity or Missing
-        Parameters of the direct model, length m; missing if there is no direct regressor, or no
-        inverse of its map.
+        Parameters of the direct model, length m; Missing if there is no direct regressor, or if the
+        map from the physical parameters has no inverse.
     uniform : bool
-        Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
+        True if the plant, and a continuous law, have the same damping and stiffness everywhere.
     evenly_damped : bool
-        Whether the plant has the same damping at every velocity.
+        True if the plant has the same damping at every velocity.
     has_direction : bool
-        Whether the force depends on the direction of motion, as friction does.
+        True if the force depends on the direction of motion, as friction does.
     nonlinear : tuple of bool
-        Whether each parameter enters nonlinearly, length p; the inverse regressor is then
-        linearised.
+        True for each parameter that enters nonlinearly, length p. The inverse regressor is
+        linearised in such a parameter.
     unidentifiable : tuple of str
         Sentences on parameters that no motion distinguishes; empty if there are none.
     functions : mapping of str to casadi.Function
@@ -120,14 +120,14 @@ class GeneratedAxis:
     native : Native
         The same functions and the closed loop, compiled; without a library if there is no compiler.
     states : tuple of Quantity
-        States of its friction.
+        Internal states of the friction.
     loop : LoopByGains or None
-        The closed loop with the gains of its law as arguments, which can change without compiling
-        again.
+        The closed loop with the gains of the law as arguments, so that gains can change without a
+        new compilation; None for an axis without a sampled law with gains.
     drives_by_motion, jumps, holds_force, has_stribeck : bool
-        Properties of `axis`, found once, because a verdict asks for them hundreds of times.
+        Properties of `axis`, computed once, because a verdict uses them hundreds of times.
     response : Response or None
-        Response of the drive to a sampled law, see `Axis`.
+        Response of the drive to a sampled law, see `Axis`; None if the drive follows at once.
     of_law_samples : tuple of str
         `Axis.of_law_samples` of `axis`.
     """
@@ -165,7 +165,7 @@ class GeneratedAxis:
         return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether the other axis was built from the same declaration, compiled or not."""
+        """Return True if the other axis was built from the same declaration, compiled or not."""
         return isinstance(other, GeneratedAxis) and self.declared == other.declared
 
     def __hash__(self) -> int:
@@ -176,7 +176,7 @@ class GeneratedAxis:
 
     @property
     def declared(self) -> Axis:
-        """Return the axis as declared."""
+        """The axis as declared."""
         return self.base.declared
 
     @property
@@ -226,12 +226,12 @@ class GeneratedAxis:
 
     @property
     def has_sides(self) -> bool:
-        """Return whether the acceleration has kinks or jumps in the position, as at an end stop."""
+        """True if the acceleration has kinks or jumps in the position, as at an end stop."""
         return "switching" in self.functions
 
     @property
     def is_linear(self) -> bool:
-        """Return whether the force is linear in all parameters."""
+        """True if the force is linear in all parameters."""
         return not any(self.nonlinear)
 
     @property
@@ -277,11 +277,13 @@ class GeneratedAxis:
         """
         if self.loop is None:
             law = self.axis.control
-            kind = "continuous law" if law and law.continuous else "control law without gains"
-            lacking = f"has a {kind}" if law else "has no control law"
+            lacking = "has no control law"
+            if law:
+                kind = "continuous law" if law.continuous else "control law without gains"
+                lacking = f"has a {kind}"
             raise ModelError(
-                f"axis {self.axis.name!r} {lacking}, so its loop has no gains to change. Build an "
-                "axis with another law.",
+                f"axis {self.axis.name!r} {lacking}, so that no gain of its loop can change. "
+                "Declare an axis with a sampled control law that has gains.",
                 code="law",
             )
         law = self.loop.law
@@ -304,20 +306,21 @@ class GeneratedAxis:
         Parameters
         ----------
         function : str
-            Its name.
+            Name of the function.
         *arguments : array_like, (N,)
-            One per argument, all of the same length; a vector argument, such as the parameters, is
-            the same for all samples, (p,), or has one row per sample, (N, p). Recorded signals, in
-            the axis's order, come before a vector and after all other scalars.
+            Values of each argument of the function, all of the same length. A vector argument, such
+            as the parameters, is the same for all samples, (p,), or has one row per sample, (N, p).
+            Recorded signals, in the axis's order, come before a vector and after all other scalars.
 
         Returns
         -------
         tuple of (N, columns) arrays
-            One per output.
+            One array for each output.
         """
         library = self.native.evaluator(function)
         if library is not None:
             return library.evaluate(function, arguments)
+        # Without native code, CasADi evaluates the function for many samples in one call.
         compiled = self._function(function)
         shape = FunctionShape.of(compiled)
         checked, samples = checked_arguments(shape, arguments)
@@ -352,7 +355,7 @@ class GeneratedAxis:
     ) -> Array:
         """Return the drive's force at N samples with given friction directions, (N,).
 
-        At rest the velocity does not give the direction.
+        The directions are arguments, because the velocity does not give the direction at rest.
         """
         motion = (control, position, velocity, direction)
         return self._driven(drive_force(self.axis, directed=True), motion, recorded)
@@ -360,14 +363,17 @@ class GeneratedAxis:
     def _driven(
         self, program: Program, motion: Sequence[Array], recorded: Sequence[Array]
     ) -> Array:
-        """Return the single result, (N,), of a program of the drive at N samples."""
+        """Return the single result, (N,), of a program of the drive at N samples.
+
+        `motion` and `recorded` are the values of its arguments in their order.
+        """
         names = (port.name for port in program.inputs)
         return single_result(program, dict(zip(names, (*motion, *recorded), strict=True)))
 
     def experiment_signals(self, time: Array) -> dict[str, Array]:
-        """Return the recorded signals of the axis's experiment by name, (N,) each.
+        """Return the signals that the axis's experiment declares, at N times in s, (N,) each.
 
-        `time` has N times in s. Empty without an experiment or its signals.
+        They are given by name. The mapping is empty without an experiment or signals.
         """
         experiment = self.axis.experiment
         if experiment is None or not experiment.signals:
@@ -376,7 +382,7 @@ class GeneratedAxis:
         return {name: np.array(np.broadcast_to(v[:, 0], time.shape)) for name, v in found.items()}
 
     def mapped(self, function: str, values: ArrayLike) -> tuple[Array, Array]:
-        """Return a parameter vector mapped between inverse and direct model, and the Jacobian.
+        """Return parameters mapped between inverse and direct model, and the Jacobian of the map.
 
         Parameters
         ----------
@@ -405,7 +411,7 @@ class GeneratedAxis:
 
 
 def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
-    """Return a declared axis as a generated one: derived, with its functions built.
+    """Return the generated axis of a declared axis: its models are derived, its functions built.
 
     The functions are built from the same text that `axisid generate` writes.
 
@@ -413,7 +419,8 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
     ----------
     axis : Axis
     native : bool
-        Whether simulations may compile and run native code; the CasADi virtual machine otherwise.
+        True if simulations may compile and run native code; False for the virtual machine of
+        CasADi.
 
     Raises
     ------
@@ -466,7 +473,11 @@ def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
 
 
 def _is_uniform(model: AxisModel) -> bool:
-    """Return whether the plant's acceleration, and a continuous law, are affine in the motion."""
+    """Return True if the plant's acceleration, and a continuous law, are affine in the motion.
+
+    Each derivative by position, velocity and control must be independent of all of these, of the
+    direction of motion, and of recorded signals.
+    """
     if model.states:
         return False
     q, law, recorded = model.axis.coordinate, model.axis.control, model.axis.signal_symbols
@@ -486,12 +497,12 @@ def _is_uniform(model: AxisModel) -> bool:
 
 
 def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
-    """Return a generated axis unchanged; build a declared one.
+    """Return the generated axis of an axis; a generated axis is returned unchanged.
 
     Raises
     ------
     UsageError
-        The object is neither.
+        The object is neither a declared nor a generated axis.
     """
     return axis if isinstance(axis, GeneratedAxis) else build(axis)
 
@@ -502,7 +513,7 @@ def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
     Raises
     ------
     UsageError
-        The object is none of them.
+        The object is neither a declared axis, nor a generated axis, nor None.
     """
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
     if declared is not None:
@@ -512,7 +523,10 @@ def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
 
 @unless_missing
 def _ddm_parameters(mapping: ParameterMap) -> tuple[Quantity, ...]:
-    """Return name, unit and formula of each parameter of the direct model; Missing without it."""
+    """Return name, unit and formula of each parameter of the direct model.
+
+    Missing if there is no map from the physical parameters to those of the direct model.
+    """
     return tuple(
         Quantity(name=str(symbol), unit=str(unit), expression=str(value))
         for symbol, unit, value in zip(mapping.symbols, mapping.units, mapping.forward, strict=True)

@@ -1,8 +1,8 @@
 """The closed loop of an axis, and its law alone, with the gains of the law as arguments.
 
 Generated files contain the gains as numbers, so that each file can be read and used alone. The code
-that is compiled and run takes them as arguments. Its text does not depend on their values, so that
-other gains need no compiler, and many can be tried in parallel.
+that is compiled and run takes the gains as arguments. Its text does not depend on their values, so
+that other gains need no compilation, and many gains can be tried in parallel.
 """
 
 from collections.abc import Mapping
@@ -41,9 +41,9 @@ def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping
 def law_over_block(step: Any, evaluations: int) -> Any:
     """Return a CasADi function that evaluates a law M times in succession.
 
-    It returns the memories, (m, M), and the outputs, (1, M). Its arguments are the memory at the
-    first evaluation, the signals that the law reads, (1, M) each, and the gains, if there are any,
-    once.
+    It returns the memory after each evaluation, (m, M), and the outputs, (1, M). Its arguments are
+    the memory at the first evaluation, (m, 1), the signals that the law reads, (1, M) each, and the
+    gains, (g, 1), if they are arguments.
 
     Parameters
     ----------
@@ -52,6 +52,7 @@ def law_over_block(step: Any, evaluations: int) -> Any:
     evaluations : int
         M.
     """
+    # One evaluation, with the memory as its first argument and result.
     last, state = step.n_in() - 1, step.name_out().index("next_state")
     one = step.slice("law", [last, *range(last)], [state, 1 - state])
     taken = [
@@ -75,8 +76,8 @@ class LoopByGains:
     law : ControlLaw
         The control law of the model.
     functions : mapping of str to casadi.Function
-        Functions like those of the axis. The loop's step takes the gains after the parameters, the
-        law's functions as their last argument.
+        Functions like those of the axis. The step of the loop takes the gains as the last elements
+        of the parameters; the functions of the law take the gains as their last argument.
     native : Native
         The same functions, compiled.
     """
@@ -90,14 +91,14 @@ class LoopByGains:
     def of(cls, model: AxisModel, *, enabled: bool) -> "LoopByGains | None":
         """Return the loop of a model with gains as arguments.
 
-        None without a law, without gains, or for a continuous law, which is part of the plant's
+        None without a law or gains. None also for a continuous law, which is part of the plant's
         motion with its gains as numbers.
 
         Parameters
         ----------
         model : AxisModel
         enabled : bool
-            Whether native code may be compiled and run.
+            True if native code may be compiled and run.
         """
         law = model.axis.control
         if law is None or law.continuous or not law.gains:
@@ -119,23 +120,29 @@ class LoopByGains:
         return found | {_STEP: _bound(self.functions[_STEP], numbers, "parameters")}
 
 
-def _bound(function: Any, gains: Array, behind: str = "") -> Any:
-    """Return a function with its gains as numbers.
+def _bound(function: Any, gains: Array, inside: str = "") -> Any:
+    """Return a function with numbers in place of its gains.
 
     Parameters
     ----------
     function : casadi.Function
-    gains : array
-    behind : str
-        Argument whose last elements are the gains; empty if the last argument is the gains.
+    gains : (g,) array
+        Values of the gains.
+    inside : str
+        Name of the argument whose last elements are the gains; empty if the gains are the last
+        argument.
     """
-    names = function.name_in() if behind else function.name_in()[:-1]
+    names = function.name_in()
+    if not inside:
+        names = names[:-1]
     symbols = {
-        name: casadi.SX.sym(name, function.size1_in(name) - len(gains) * (name == behind))
+        name: casadi.SX.sym(name, function.size1_in(name) - len(gains) * (name == inside))
         for name in names
     }
-    given = [casadi.vertcat(x, gains) if name == behind else x for name, x in symbols.items()]
-    results = function.call([*given, *([] if behind else [casadi.SX(gains)])])
+    given = [casadi.vertcat(x, gains) if name == inside else x for name, x in symbols.items()]
+    if not inside:
+        given.append(casadi.SX(gains))
+    results = function.call(given)
     return casadi.Function(
         function.name(), [*symbols.values()], results, names, function.name_out()
     )

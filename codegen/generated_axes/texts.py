@@ -28,7 +28,8 @@ from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 from axisid.support.missing import Missing
 
-# Controls as shares of the limit, position and velocity, SI, without simple ratios to one another.
+# Samples at which a drive is checked: controls as shares of the limit, positions and velocities in
+# SI units. The values have no simple ratios to one another.
 _SHARES = np.array([-0.83, -0.31, -0.07, 0.011, 0.29, 0.61, 0.97])
 _POSITIONS = np.array([0.317, -0.8137, 0.0113, 2.71, -0.05, 0.2, -1.3])
 _VELOCITIES = np.array([0.73, -0.21, -0.013, 3.1, 0.0, -0.4, 0.09])
@@ -41,7 +42,8 @@ _MAX_CONTROL_DIFFERENCE = 1e-9
 def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     """Refuse a drive whose inverse does not return the control that produced a force.
 
-    Forces are computed at several controls and motions, and the inverse is applied to them.
+    The inverse is applied to the forces of several controls and motions. It has to return the
+    control, or another control with the same force, as for a force at the limit of the drive.
 
     Raises
     ------
@@ -49,12 +51,12 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
         The inverse does not return the control, or the gain has a standard deviation but the force
         does not depend on the gain.
     """
-    axis, of_name = model.axis, {program.name: program for program in programs}
-    most = axis.drive.limit if np.isfinite(axis.drive.limit) else 1.0
-    controls = most * _SHARES
+    axis, by_name = model.axis, {program.name: program for program in programs}
+    largest = axis.drive.limit if np.isfinite(axis.drive.limit) else 1.0
+    controls = largest * _SHARES
     motion = {axis.coordinate.name: _POSITIONS, str(axis.coordinate.velocity): _VELOCITIES}
     motion |= {signal.name: _RECORDED for signal in axis.signals}
-    force = single_result(of_name["drive_force"], {**motion, str(CONTROL): controls})
+    force = single_result(by_name["drive_force"], {**motion, str(CONTROL): controls})
     if axis.drive.relative_sd and axis.drive.force_by_gain == 0:
         raise ModelError(
             f"axis {axis.name!r}: the gain of the drive {type(axis.drive).__name__} has a "
@@ -62,21 +64,21 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
             "or omit relative_sd.",
             code="generated-code",
         )
-    again = single_result(of_name["drive_control"], {**motion, str(FORCE): force})
+    inverted = single_result(by_name["drive_control"], {**motion, str(FORCE): force})
     size = np.abs(force)
-    held = (size > _LEAST) & np.isfinite(size)  # elsewhere the control is undetermined
-    wrong = held & ~(np.abs(again - controls) <= _MAX_CONTROL_DIFFERENCE * most)
+    is_compared = (size > _LEAST) & np.isfinite(size)  # elsewhere the control is undetermined
+    is_wrong = is_compared & ~(np.abs(inverted - controls) <= _MAX_CONTROL_DIFFERENCE * largest)
     # A force at the limit of the drive belongs to many controls, any of which is right.
-    remade = single_result(of_name["drive_force"], {**motion, str(CONTROL): again})
+    force_again = single_result(by_name["drive_force"], {**motion, str(CONTROL): inverted})
     with np.errstate(invalid="ignore"):  # overflowing forces, which are not compared
-        wrong &= ~(np.abs(remade - force) <= _MAX_CONTROL_DIFFERENCE * size)
-    if not np.any(wrong):
+        is_wrong &= ~(np.abs(force_again - force) <= _MAX_CONTROL_DIFFERENCE * size)
+    if not np.any(is_wrong):
         return
-    i, unit = int(np.argmax(wrong)), axis.drive.unit
+    i, unit = int(np.argmax(is_wrong)), axis.drive.unit
     raise ModelError(
         f"axis {axis.name!r}: with a control of {controls[i]:.6g} {unit} the drive "
         f"{type(axis.drive).__name__} produces a force of {force[i]:.6g}, but its inverse returns "
-        f"{again[i]:.6g} {unit} for this force. Correct the force or the inverse.",
+        f"{inverted[i]:.6g} {unit} for this force. Correct the force or the inverse.",
         code="generated-code",
     )
 
@@ -96,7 +98,7 @@ FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "equations.txt",
     "manifest.json",
 )
-_START = "state_start"  # depends on parameters alone: there are no samples of it
+_START = "state_start"  # depends on parameters alone, so that it is not evaluated at samples
 #: Functions that the native time loop calls.
 LOOP = (
     _START,
@@ -108,7 +110,7 @@ LOOP = (
     "drive_response",
     "closed_loop_step",
 )
-#: Functions of one sample that the native code also evaluates at many.
+#: Functions of one sample that the native code also evaluates at many samples.
 ROWS = (
     "inverse_dynamics",
     "idm_regressor",
@@ -159,7 +161,7 @@ def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
 
 
 def signature(model: AxisModel) -> str:
-    """Return the SHA-256 of the schema and of everything on which the generated text depends."""
+    """Return the SHA-256 of the schema and of all content on which the generated text depends."""
     axis, law = model.axis, model.axis.control
     content = {
         "schema": SCHEMA,
@@ -188,7 +190,7 @@ def signature(model: AxisModel) -> str:
         },
     }
     times = () if axis.response is None else (axis.drive.lag, axis.drive.delay)
-    # Left out for an axis that has none.
+    # Entries that are empty are not part of the signature.
     further: dict[str, Collection[object]] = {
         "response": [repr(float(time)) for time in times],
         "path": {name: repr(x) for name, x in axis.drive.path.declared.items()},
@@ -198,7 +200,7 @@ def signature(model: AxisModel) -> str:
         ],
         "signals": [[s.name, s.unit, s.between] for s in axis.signals],
     }
-    content |= {name: told for name, told in further.items() if told}
+    content |= {name: value for name, value in further.items() if value}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
@@ -226,7 +228,10 @@ def _header(name: str, mark: str) -> str:
 
 
 def functions_text(name: str, header: str, programs: tuple[Program, ...]) -> str:
-    """Return the text of a module whose ``FUNCTIONS`` are functions that build CasADi functions."""
+    """Return the text of a Python module that builds CasADi functions.
+
+    Its ``FUNCTIONS`` maps the name of each program to the function that builds it.
+    """
     operations = sum(program.operation_count for program in programs)
     about = f"CasADi functions of the axis {name}.\n\n{header}{operations} operations"
     names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)
@@ -246,7 +251,7 @@ def _native(
 ) -> str:
     """Return the C text of an axis: functions of one sample, loops over samples, and time loop.
 
-    `by_gains` states whether the gains of the law are arguments.
+    The gains of the law are arguments if `by_gains` is True.
     """
     law = model.axis.control
     by_name = {program.name: program for program in programs}
@@ -307,7 +312,7 @@ def _manifest(
     """Return the manifest: names and units, functions with their shapes, and digests of files."""
     mapping, drive = model.parameter_map, model.axis.drive
     timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged, **drive.path.declared}
-    follows = model.axis.response is None and drive.path.is_plain
+    is_immediate = model.axis.response is None and drive.path.is_plain
     return {
         "axis": model.axis.name,
         "schema": SCHEMA,
@@ -315,7 +320,7 @@ def _manifest(
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
         **_listed("signals", model.axis.signals, ("name", "unit", "between")),
         **_listed("states", model.axis.states, ("name", "unit")),
-        **({} if follows else {"drive": timing}),
+        **({} if is_immediate else {"drive": timing}),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
         else [
@@ -341,7 +346,10 @@ def _manifest(
 
 
 def _listed(key: str, items: Iterable[object], names: Iterable[str]) -> dict[str, object]:
-    """Return a manifest entry that lists attributes of items; empty without items."""
+    """Return a manifest entry with attributes, given by their names, of items.
+
+    The mapping is empty without items.
+    """
     listed = [{name: getattr(item, name) for name in names} for item in items]
     return {key: listed} if listed else {}
 

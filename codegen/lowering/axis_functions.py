@@ -1,8 +1,8 @@
-"""The set of functions of every axis, as programs built from its model.
+"""The functions of an axis, as programs that are built from its model.
 
-All arguments are SI. ``parameters`` are the physical ones in the axis's order; ``direction`` is the
-friction direction (sign of the velocity while sliding). Recorded signals, if the axis declares any,
-come after the other scalars.
+All arguments are SI. ``parameters`` are the physical parameters in the axis's order; ``direction``
+is the friction direction (the sign of the velocity while sliding). Recorded signals, if the axis
+declares any, come after the other scalars.
 """
 
 from collections.abc import Sequence
@@ -35,17 +35,19 @@ _INJECTED = sympy.Symbol("injected", real=True)
 
 
 def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program, ...]:
-    """Return the programs of all functions that the model permits.
+    """Return the programs of all functions of an axis.
 
-    Without a direct regressor there are no ``ddm_regressor`` and no parameter map; without a
-    control law there is no closed loop.
+    Functions that the model does not permit are missing: without a direct regressor the
+    ``ddm_regressor`` and the parameter maps, without a control law the closed loop, with internal
+    states the ``idm_regressor``.
 
     Parameters
     ----------
     model : AxisModel
     by_gains : bool
-        Whether the gains of a sampled law are arguments instead of numbers: in the loop's step they
-        follow the parameters, in the law's other functions they are a separate vector, the last.
+        True if the gains of a sampled law are arguments instead of numbers. In the step of the loop
+        they follow the parameters; in other functions of the law they are the last argument, a
+        vector.
     """
     about, name = "Acceleration that the force causes", model.axis.coordinate.acceleration.name
     acceleration = _dynamics(model, "direct_dynamics", about, name, model.acceleration, force=True)
@@ -71,7 +73,7 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
 def _motion(model: AxisModel, *, force: bool) -> Arguments:
     """Return the arguments of a dynamic model: motion, direction and recorded signals.
 
-    The third argument is the force or the acceleration.
+    The third argument is the force if `force` is true, otherwise the acceleration.
     """
     q = model.axis.coordinate
     third = FORCE if force else q.acceleration
@@ -96,7 +98,7 @@ def _dynamics(
         Name of the program, description, and name of its result.
     value : sympy.Expr
     force : bool
-        Whether the force is an argument; otherwise the acceleration.
+        True if the force is an argument; otherwise the acceleration is.
     """
     arguments = _motion(model, force=force).vector_of(
         "parameters", [p.symbol for p in model.axis.parameters]
@@ -142,7 +144,7 @@ def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
         .scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
         .vector_if_any(GAINS, gains)
     )
-    # A memory that balances a load is found where the load is known.
+    # A memory that balances a load is 0 here; it is computed where the load is known.
     lowering = Lowering(builder, {**builder.values, BALANCED: builder.constant(0.0)})
     memory = [lowering(with_numbers(memory.start)) for memory in law.memory]
     values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
@@ -167,7 +169,10 @@ def _output(
     values: dict[sympy.Symbol, int],
     injected: int | None = None,
 ) -> int:
-    """Return the law's output within the drive's limit, with a test signal if one is added."""
+    """Return the operation of the law's output plus a test signal, clipped at the drive's limit.
+
+    `injected` is the operation of the test signal; None without a test signal.
+    """
     control = _law_lowering(law, builder, values)(with_numbers(law.output))
     if injected is not None:
         control = builder.apply("add", control, injected)
@@ -177,7 +182,7 @@ def _output(
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
     """Return the converter of a law's expressions to operations.
 
-    Gains that are no arguments, and so have no entry in `values`, become numbers.
+    Gains without an entry in `values` are not arguments of the program; they become numbers.
     """
     numbers = {gain(name): value for name, value in law.gains.items() if gain(name) not in values}
     gains = {symbol: builder.constant(value) for symbol, value in numbers.items()}

@@ -1,10 +1,10 @@
 """The drive as programs: the force of a control, its inverse, and the response to a command.
 
 With a lag the force is ``target + (tau - target) exp(-t/lag)`` after a time t. A Runge-Kutta step
-evaluates the force four times. For an exponential that is much shorter than the step these values
-would say little: instead the step uses the value at the start and three values with which it gives
-exactly the force's integral and the next two integrals, as they enter velocity, position, and
-damping.
+evaluates the force four times. If the lag is much shorter than the step, four samples of this
+exponential would give a wrong integral. Instead the step uses the force at its start and three
+forces that are computed so that the single, double and triple integral of the force over the step
+are exact. These integrals enter velocity, position and damping.
 """
 
 import math
@@ -28,10 +28,10 @@ def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) ->
     ----------
     axis : Axis
     directed : bool
-        Whether the friction direction is an argument too, after the velocity. Otherwise it is the
-        sign of the velocity, which does not give it at rest.
+        True if the friction direction is an argument too, after the velocity. Otherwise the
+        direction is the sign of the velocity, which is wrong at rest.
     by_gain : bool
-        Whether the result is the derivative of the force by the logarithm of the gain instead.
+        True if the result is the derivative of the force by the logarithm of the gain.
     """
     q, drive = axis.coordinate, axis.drive
     direction = (DIRECTION,) if directed else ()
@@ -43,7 +43,7 @@ def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) ->
 
 
 def drive_control(model: AxisModel) -> Program:
-    """Return the program of the control with which the drive produces a force."""
+    """Return the program of the control with which the drive produces a given force."""
     q, drive = model.axis.coordinate, model.axis.drive
     arguments = Arguments().scalars(FORCE, q.symbol, q.velocity, *model.axis.signal_symbols)
     arguments.output("control", [[_lowered(arguments, model.axis, drive.inverse)]])
@@ -57,8 +57,8 @@ def acting_control(
 ) -> tuple[int, tuple[int, ...]]:
     """Return the control that acts for a command, and the controls that the drive stores.
 
-    Rate limit, quantisation and dead band are applied. The acting control before quantisation is
-    stored if the rate is limited; otherwise nothing is.
+    All are indices of operations. Rate limit, quantisation and dead band are applied in this order.
+    With a rate limit the drive stores the control before quantisation; otherwise it stores nothing.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def acting_control(
     command : int
         Index of the command, which is within the drive's limit.
     last : int or None
-        Index of the stored control of the sample before; None without one.
+        Index of the control that was stored at the sample before; None if there is none.
     """
     build, path, response = builder.apply, model.axis.drive.path, model.axis.response
     acting = command
@@ -85,19 +85,22 @@ def acting_control(
 
 
 def within(limit: float, builder: Builder, value: int) -> int:
-    """Return a value clipped at plus and minus a limit, as an operation; infinite for no limit."""
+    """Return the operation that clips a value at plus and minus a limit.
+
+    Without a limit, which is infinite, the value is returned unchanged.
+    """
     if limit == float("inf"):
         return value
-    # Selected, instead of min and max, which would turn a control that is NaN into the limit.
+    # Selections instead of min and max, which would replace a control that is NaN by the limit.
     upper, lower = builder.constant(limit), builder.constant(-limit)
     value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
     return builder.apply("select", builder.apply("lt", value, lower), lower, value)
 
 
 def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
-    """Return an expression of the drive as an operation.
+    """Return the operation of an expression of the drive.
 
-    Without a friction direction among the arguments it is the sign of the velocity.
+    If the friction direction is not among the arguments, the sign of the velocity is used.
     """
     values, drive = arguments.values, axis.drive
     for symbol, here in drive.along(axis.coordinate).items():
@@ -112,14 +115,16 @@ def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
     return Lowering(arguments, {**values, **constants})(value)
 
 
-# Below it the mean of an exponential is a series; the formula would lose digits there.
+# Below `_SMALL` the means of an exponential are computed by a series with `_TERMS` terms, because
+# the formula would lose digits there.
 _SMALL, _TERMS = 1.0, 18
 
 
 def drive_response(response: Response) -> Program:
     """Return the program of the response of a drive whose force changes between samples.
 
-    It gives the force some time later, and the time in a sample at which a command begins to act.
+    Its results are the force after a time span, and the time from a sample at which a command
+    begins to act.
     """
     builder = Builder()
     tau, target, span = map(builder.scalar, ("tau", "target", "span"))
@@ -134,7 +139,7 @@ def drive_response(response: Response) -> Program:
 
 
 def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) -> int:
-    """Return the force after a time with a lag: ``target + (tau - target) exp(-span/lag)``.
+    """Return the operation of the force after a time: ``target + (tau - target) exp(-span/lag)``.
 
     Parameters
     ----------
@@ -142,9 +147,9 @@ def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) ->
     lag : float
         Time constant, s.
     held : sequence of int
-        The force now and its final value, as operations.
+        Operations of the force now and of its final value.
     span : int
-        The time, as an operation.
+        Operation of the time, s.
     """
     build, (tau, target) = builder.apply, held
     decay = build("exp", build("neg", build("div", span, builder.constant(lag))))
@@ -157,9 +162,10 @@ def forces_in_step(
     """Return the forces of a Runge-Kutta step at its second, third and fourth evaluation.
 
     With x = step/lag and p0 = exp(-x), p1 = (1 - p0)/x, p2 = (1 - p1)/x, p3 = (1/2 - p2)/x the
-    force's single, double and triple integral are ``target/k! + (tau - target) pk`` over powers of
-    the step, k = 1, 2 and 3. The step computes them as (f1 + 2 f2 + 2 f3 + f4)/6, (f1 + f2 + f3)/6
-    and (f1 + f2)/12.
+    k-fold integral of the force over the step is ``step**k (target/k! + (tau - target) pk)``, for
+    k = 1, 2 and 3. With the forces f1 to f4 of its four evaluations, a Runge-Kutta step computes
+    these integrals, over ``step**k``, as (f1 + 2 f2 + 2 f3 + f4)/6, (f1 + f2 + f3)/6 and
+    (f1 + f2)/12. f1 is the force now; the three equations give f2, f3 and f4.
     """
     build, number, (tau, target) = builder.apply, builder.constant, held
     x = build("div", step, number(lag))
@@ -178,9 +184,9 @@ def forces_in_step(
 
 
 def _third_mean(builder: Builder, x: int) -> int:
-    """Return ``p3 = (1/2 - (1 - (1 - exp(-x))/x)/x)/x`` for x of 0 or more, as an operation.
+    """Return the operation of ``p3 = (1/2 - (1 - (1 - exp(-x))/x)/x)/x`` for x of 0 or more.
 
-    Below 1 a series is used, because the formula would lose digits there.
+    For x below 1 a series is used, because the formula would lose digits there.
     """
     build, number = builder.apply, builder.constant
     few, many = build("min", x, number(_SMALL)), build("max", x, number(_SMALL))
@@ -197,16 +203,17 @@ def _third_mean(builder: Builder, x: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class DriveInMode:
-    """A drive in one friction direction, as operations of a builder.
+    """A drive with a given friction direction, in a program that is being built.
 
     Attributes
     ----------
     builder : Builder
+        Builder of the program. Each int below is the index of one of its operations.
     model : AxisModel
     direction : tuple of int
-        The friction direction.
+        The friction direction, a tuple of one.
     signals : sequence of tuple of int
-        Values of the recorded signals.
+        Value of each recorded signal, each a tuple of one.
     """
 
     builder: Builder
@@ -215,7 +222,7 @@ class DriveInMode:
     signals: Sequence[tuple[int]]
 
     def force(self, control: int, q: int, dq: int) -> int:
-        """Return the force of a control at a position and velocity."""
+        """Return the operation of the force for a control at a position and velocity."""
         directed = self.model.axis.drive.force.has(DIRECTION)
         program = drive_force(self.model.axis, directed=directed)
         mode = (self.direction,) if directed else ()
@@ -232,9 +239,9 @@ def acting_from_sample(
 ) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
     """Return the force at a sample, the values held until the next one, and the drive's next state.
 
-    Rate limit, quantisation and dead band make the command the acting control. Its force waits for
-    the delay: whole samples, and then a fraction of one. The lag is applied last. If the control is
-    held while the force depends on the motion, the controls wait instead of the forces.
+    Rate limit, quantisation and dead band turn the command into the acting control. Its force is
+    delayed by whole samples, then by a fraction of a sample. The lag is applied last. If the
+    control is held while the force depends on the motion, controls are delayed instead of forces.
 
     Parameters
     ----------
@@ -244,9 +251,9 @@ def acting_from_sample(
     motion : (int, int)
         Position and velocity at the sample.
     remembered : tuple of int
-        The drive's state: what it stored at the sample before (see `Response.remembered`).
+        State of the drive, which it stored at the sample before (see `Response.remembered`).
     slope : callable
-        Acceleration at the sample under a given force.
+        Function that returns the acceleration at the sample for a force.
     """
     builder, response = drive.builder, drive.model.axis.response
     acting, last = acting_control(builder, drive.model, command, next(iter(remembered), None))
@@ -258,8 +265,8 @@ def acting_from_sample(
     new = acting
     if not response.holds_control:
         if response.by_motion:
-            # Taken half a sample later its mean delay is zero: with a lag, the force by the motion
-            # is held like the command.
+            # With a lag, the part of the force that depends on the motion is held over a sample
+            # like the command. It is evaluated half a sample later, so that its mean delay is zero.
             build, half, (q, dq) = builder.apply, builder.constant(response.period / 2), motion
             sliding = build("abs", drive.direction[0])
             change = build("mul", slope(forces[-1]), sliding)
@@ -268,10 +275,10 @@ def acting_from_sample(
                 build("add", dq, build("mul", half, change)),
             )
         new = drive.force(acting, *motion)
-    # The newest first, followed by the force that was kept, if there is one.
+    # Delayed forces (or controls), the newest first, without the acting force.
     pending = (new, *forces[: len(forces) - response.keeps_force])
-    # `then` acts at the end of the sample. If the delay has a fraction, `first`, which is older,
-    # acts before it.
+    # `then` acts at the end of the sample. If the delay has a fraction of a sample, the older
+    # `first` acts before `then`.
     then = pending[response.whole]
     first = pending[-1] if response.share else then
     if not response.keeps_force:

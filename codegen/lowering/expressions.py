@@ -1,11 +1,12 @@
-"""Convert SymPy expressions to operations of a program, with one method per node class.
+"""Convert SymPy expressions to operations of a program (*lowering*), with a method per node class.
 
-This is called *lowering*. An unknown node raises an error that names it. Expressions that are
-lowered by the same object share their common subexpressions.
+A node that cannot be converted is refused by name. Expressions that are lowered by the same object
+share their common subexpressions.
 
-SymPy has one zero, floating point two. All targets give a zero the same sign, except for ``sign``,
-the smaller or larger of two zeros, and values chosen by a condition, which CasADi's virtual machine
-computes as a sum; only an angle of ``atan2`` on its cut could show it.
+SymPy has one zero, floating-point numbers have +0 and -0. All targets give a zero the same sign,
+with three exceptions: ``sign``, the smaller or larger of two zeros, and values selected by a
+condition, which CasADi's virtual machine computes as a sum. Only ``atan2`` at its branch cut could
+show the difference.
 """
 
 from collections.abc import Mapping, Sequence
@@ -53,7 +54,7 @@ _RELATIONS: dict[type[sympy.Basic], tuple[str, bool]] = {
     sympy.GreaterThan: ("le", True),
     sympy.Equality: ("eq", False),
 }
-# Classes with a method of their own; found by class, since a function may have any name.
+# Classes that are lowered by a method `map_CLASS`.
 _MAPPED = frozenset(
     {
         sympy.Symbol,
@@ -99,7 +100,7 @@ class Lowering:
         return self._memo[expression]
 
     def _lower(self, node: sympy.Basic) -> int:
-        """Return the operation of a node, by the method or table entry for its class."""
+        """Return the operation of a node, by the table entry or method of its class or a base."""
         if isinstance(node, sympy.Float | sympy.NumberSymbol):
             return self._builder.constant(float(node))
         for kind in type(node).__mro__:
@@ -121,24 +122,25 @@ class Lowering:
     def map_Symbol(self, node: sympy.Symbol) -> int:
         """Return the operation that gives the value of a symbol."""
         if node not in self._values:
-            there = ", ".join(sorted(map(str, self._values)))
+            known = ", ".join(sorted(map(str, self._values)))
             raise ModelError(
-                f"the symbol {node} has no value here. Known symbols are {there}.",
+                f"the symbol {node} has no value here. Use only the symbols {known}.",
                 code="generated-code",
             )
         return self._values[node]
 
     def map_Rational(self, node: sympy.Rational) -> int:
-        """Return a constant; refuse a number that is too large for a float."""
+        """Return the operation of a constant; refuse a number that is too large for a float."""
         try:
             return self._builder.constant(int(node.p) / int(node.q))
         except OverflowError as error:
             raise ModelError(
-                f"the number {node} is too large for a float.", code="generated-code"
+                f"the number {node} is too large for a float. Give a smaller number.",
+                code="generated-code",
             ) from error
 
     def map_Add(self, node: sympy.Add) -> int:
-        """Return a sum: the positive terms are added, then the negative terms are subtracted."""
+        """Return the operation of a sum: positive terms are added, then negative subtracted."""
         positive, negative = [], []
         for term in sorted(node.args, key=sympy.default_sort_key):
             if term.could_extract_minus_sign():
@@ -154,9 +156,9 @@ class Lowering:
         )
 
     def map_Mul(self, node: sympy.Mul) -> int:
-        """Return a product as numerator divided by denominator, each a chain of multiplications.
+        """Return the operation of a product: numerator divided by denominator, each multiplied out.
 
-        Beside an exponential, a very large or very small number moves into its exponent.
+        A very large or very small factor of an exponential is added to its exponent instead.
         """
         if node.could_extract_minus_sign():
             return self._builder.apply("neg", self(-node))
@@ -167,7 +169,9 @@ class Lowering:
             return power if rest == 1 else self._builder.apply("mul", self(rest), power)
         number = node.args[0]
         if number.is_Float and number != 0 and float(number) == 0:
-            raise ModelError(f"the number {number} in {node} is too small for a float.")
+            raise ModelError(
+                f"the number {number} in {node} is too small for a float. Give a larger number."
+            )
         numerator, denominator = [], []
         for factor in sorted(_joined_powers(node), key=sympy.default_sort_key):
             if factor.is_Rational and factor.q != 1:
@@ -183,7 +187,7 @@ class Lowering:
         return self._divide(above, self._chain("mul", denominator), node)
 
     def map_Pow(self, node: sympy.Pow) -> int:
-        """Return a power as a square root, repeated multiplication or division where possible."""
+        """Return the operation of a power: a square root, products or a quotient if possible."""
         base, exponent = node.base, node.exp
         if exponent == sympy.Rational(1, 2):
             return self._builder.apply("sqrt", self(base))
@@ -200,7 +204,7 @@ class Lowering:
         return self._builder.constant(node == sympy.true)
 
     def map_Piecewise(self, node: sympy.Piecewise) -> int:
-        """Return nested selections; the first condition that is true determines the value."""
+        """Return nested selections; the first condition that is true selects the value."""
         *pairs, last = node.args
         if not isinstance(last, ExprCondPair) or last.cond != sympy.true:
             raise ModelError(
@@ -213,45 +217,45 @@ class Lowering:
         return result
 
     def map_Heaviside(self, node: sympy.Heaviside) -> int:
-        """Return a step; at the step itself it has the value that the node contains, 1/2."""
+        """Return the operation of a unit step; its value at 0 is the node's second argument."""
         argument, middle = self(node.args[0]), self(node.args[1])
         zero, one = self._builder.constant(0), self._builder.constant(1)
         above = self._builder.apply("lt", zero, argument)
         below = self._builder.apply("lt", argument, zero)
-        beside = self._builder.apply("select", below, zero, middle)
-        return self._builder.apply("select", above, one, beside)
+        otherwise = self._builder.apply("select", below, zero, middle)
+        return self._builder.apply("select", above, one, otherwise)
 
     def map_Unequality(self, node: sympy.Unequality) -> int:
         return self._builder.apply("not", self._relation("eq", False, node))
 
     def _divide(self, above: int, below: int, node: sympy.Basic) -> int:
-        """Return a quotient; a divisor that is the constant 0 is refused."""
+        """Return the operation of a quotient; refuse a divisor that is the constant 0."""
         divisor = self._builder.operations[below]
         if divisor.name == "constant" and divisor.value == 0:
             raise ModelError(
-                f"{node} divides by a constant that is zero. Check the gains.",
+                f"{node} divides by a constant that is zero. Check the gains and other constants.",
                 code="generated-code",
             )
         return self._builder.apply("div", above, below)
 
     def _relation(self, operation: str, swapped: bool, node: sympy.Basic) -> int:
-        """Return a comparison, with its operands exchanged if `swapped`."""
+        """Return the operation of a comparison, with exchanged operands if `swapped`."""
         left, right = self(node.args[0]), self(node.args[1])
         return self._builder.apply(operation, *((right, left) if swapped else (left, right)))
 
     def _chain(self, operation: str, operands: list[int]) -> int:
-        """Return an operation applied to several operands, from left to right."""
+        """Return a binary operation applied to several operands from left to right."""
         return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)
 
 
 @dataclass(slots=True)
 class Arguments(Builder):
-    """A builder whose arguments are declared by SymPy symbol.
+    """A builder whose arguments are declared by SymPy symbols.
 
     Attributes
     ----------
     values : dict of sympy.Symbol to int
-        Operation of each symbol.
+        Index of the operation of each declared symbol.
     """
 
     values: dict[sympy.Symbol, int] = field(default_factory=dict)
@@ -273,7 +277,7 @@ class Arguments(Builder):
         return self.vector_of(name, symbols) if symbols else self
 
     def lower(self, **outputs: Sequence[Sequence[sympy.Expr]]) -> "Arguments":
-        """Declare results by name, each a matrix of expressions, and return this builder."""
+        """Declare results by name, each as rows of expressions, and return this builder."""
         lowering = Lowering(self, self.values)
         for name, rows in outputs.items():
             self.output(name, [[lowering(e) for e in row] for row in rows])
@@ -289,7 +293,7 @@ def over_time(values: Mapping[str, sympy.Expr]) -> Program:
 def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
     """Return the factors of a product, with powers of the same base joined.
 
-    The derivative ``p x**p / x`` of ``x**p`` would be 0/0 where x is 0.
+    Otherwise the derivative ``p x**p / x`` of ``x**p`` would be 0/0 at x = 0.
     """
     numbers = [factor for factor in product.args if not factor.free_symbols]
     symbolic = [factor for factor in product.args if factor.free_symbols]

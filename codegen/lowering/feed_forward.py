@@ -1,8 +1,8 @@
 """The feed-forward of an identified axis: its inverse dynamics with the parameters as numbers.
 
-It is made by the same lowering as every other function of the axis. In addition it needs the
-friction direction: the sign of the velocity, 0 at rest, because a feed-forward gets the reference's
-velocity, which is exactly 0 at rest.
+It is made by the same lowering as every other function of the axis. The friction direction is the
+sign of the velocity, and 0 at rest: a feed-forward gets the velocity of the reference, which is
+exactly 0 at rest.
 """
 
 import math
@@ -100,8 +100,8 @@ def feed_forward(
     if model.states:
         raise ModelError(
             f"axis {model.axis.name!r}: its friction has internal states, so the force depends on "
-            "the past motion and not only on position, velocity and acceleration. There is no "
-            "feed-forward for it. Export an axis without internal states.",
+            "the past motion and not only on position, velocity and acceleration. A feed-forward "
+            "is not possible. Export an axis whose friction has no internal states.",
             code="export",
         )
     refuse(
@@ -111,7 +111,10 @@ def feed_forward(
             f"the dead zone is {dead_zone!r}. Give a speed of 0 or more",
         ),
         *(
-            (not math.isfinite(value), f"{name} is {value!r}, which cannot be exported")
+            (
+                not math.isfinite(value),
+                f"{name} is {value!r}, which cannot be exported. Give a finite value",
+            )
             for name, (value, _) in parameters.items()
         ),
         code="export",
@@ -148,7 +151,7 @@ def feed_forward(
 
 
 def _force(model: AxisModel, dead_zone: float, about: str) -> Program:
-    """Return the program of the force that a motion needs, with a dead zone of the direction."""
+    """Return the program of the force for a motion; up to `dead_zone` the direction is 0."""
     builder, q = Builder(), model.axis.coordinate
     motion = [builder.scalar(s.name) for s in (q.symbol, q.velocity, q.acceleration)]
     recorded = _recorded(builder, model)
@@ -166,7 +169,7 @@ def _needed(model: AxisModel) -> frozenset[SignalSymbol]:
 
 
 def _recorded(builder: Builder, model: AxisModel) -> list[int]:
-    """Return the recorded signals as operations: needed ones are arguments, others are 0."""
+    """Return the operation of each recorded signal: an argument if it is needed, otherwise 0."""
     needed = _needed(model)
     return [
         builder.scalar(s.name) if s.symbol in needed else builder.constant(0.0)
@@ -175,7 +178,7 @@ def _recorded(builder: Builder, model: AxisModel) -> list[int]:
 
 
 def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
-    """Return the friction direction: the sign of the velocity, 0 up to the dead zone."""
+    """Return the operation of the friction direction: sign of the velocity, 0 in the dead zone."""
     if not dead_zone:
         return builder.apply("sign", velocity)
     upper, lower = builder.constant(dead_zone), builder.constant(-dead_zone)
@@ -185,7 +188,7 @@ def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
 
 
 def _control(model: AxisModel, about: str) -> Program:
-    """Return the program of the control for a force: over the dead band, within the limit."""
+    """Return the program of the control for a force, plus the dead band, within the limit."""
     drive, q = model.axis.drive, model.axis.coordinate
     builder = Builder()
     signals = [(builder.scalar(s.name),) for s in (FORCE, q.symbol, q.velocity)]

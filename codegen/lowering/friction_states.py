@@ -1,10 +1,10 @@
 """Friction with internal states, as programs: a step of motion and states, and their rates.
 
-Bristles are stiff: with the inertia they oscillate at ``sqrt(s0/M)``, and while the axis slides
-they relax within a travel of some micrometres. A step is one of Rodas4 [HairerWanner1996]_, of
-fourth order and L-stable, so that components that are faster than the step, and have decayed, need
-no shorter steps. Within a step the friction direction is given, and the side of each limit, so that
-motion and states are smooth there.
+Bristles are stiff: with the inertia M and the stiffness s0 they oscillate at ``sqrt(s0/M)``, and
+while the axis slides they relax within some micrometres. A step is a step of Rodas4
+[HairerWanner1996]_, which is of fourth order and L-stable: fast components that have decayed do not
+require short steps. Friction direction and side of each limit are constant within a step, so that
+motion and states are smooth.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,8 +22,9 @@ from .switching import Switching
 #: Name of the vector of the internal states.
 STATES = "states"
 
-_NOTHING = 1e-150  # in addition to any damping, 1/s
-# Rodas4: the stages' arguments, and their terms in the right-hand side, over the step.
+_NOTHING = 1e-150  # 1/s; added to the damping, so that it is never 0
+# Coefficients of Rodas4: weights of earlier stages in the argument of a stage, and in its
+# right-hand side over the step.
 _GAMMA = 0.25
 _STAGES = (
     (),
@@ -52,7 +53,7 @@ Vector = tuple[int, ...]
 
 
 def state_start(model: AxisModel, found: Switching) -> Program:
-    """Return the program of the states' start values and of the first limit's side."""
+    """Return the program of the states' start values and the index of the first side of a limit."""
     arguments = Arguments().vector_of("parameters", [p.symbol for p in model.axis.parameters])
     builder = arguments.lower(states=[[state.start] for state in model.states])
     builder.output("first_limit", [[builder.constant(len(found.sides) - len(found.limits))]])
@@ -84,10 +85,10 @@ def state_dynamics(model: AxisModel, found: Switching) -> Program:
 
 
 def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
-    """Return the arguments with those that fix a mode appended.
+    """Declare the further arguments of a motion in one mode, and return the arguments.
 
-    These are the vector of the sides of kinks, jumps and limits, and that of the internal states,
-    each left out if empty; then always the vector of parameters.
+    These are the vector of sides (of kinks, jumps and limits) and the vector of internal states,
+    each omitted if empty, and the vector of parameters.
     """
     return (
         arguments.vector_if_any("sides", found.sides)
@@ -98,20 +99,21 @@ def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Argum
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remembering:
-    """Motion and internal states in one mode, integrated together, as operations of a builder.
+    """Integrator of motion and internal states together, in one mode.
 
     Attributes
     ----------
     builder : Builder
+        Builder of the program. Each int below is the index of one of its operations.
     dynamics : Program
         Program of `state_dynamics`.
     force : int
-        The force, constant during the step.
+        The force, which is constant during the step.
     mode : tuple of tuple of int
-        The direction, and the sides if there are any.
+        The friction direction, and the sides if there are any.
     parameters : tuple of int
-    limited : tuple of (int, int) or None
-        For each state, the side of its limit, and the limit; None for a state without a limit.
+    limited : tuple of ((int, int) or None)
+        For each state, the side of its limit and the limit; None for a state without a limit.
     """
 
     builder: Builder
@@ -122,18 +124,19 @@ class Remembering:
     limited: tuple[tuple[int, int] | None, ...]
 
     def _at(self, motion: Sequence[int]) -> dict[str, Vector]:
-        """Return rates and derivatives at a position, a velocity and states."""
+        """Return the outputs of `state_dynamics` at a motion (position, velocity, states)."""
         q, dq, *states = motion
         state = (*self.mode, tuple(states), self.parameters)
         return self.builder.inline(self.dynamics, (q,), (dq,), (self.force,), *state)
 
     def rate(self, motion: Sequence[int]) -> int:
-        """Return the largest rate of change of motion and states, 1/s, which bounds the step.
+        """Return the operation of the largest relevant rate of motion and states, 1/s.
 
-        Velocity v and state z have the rates that solve ``r**2 + T r + S = 0``, with ``S = a_v g_z
-        - a_z g_v`` and ``T = -(a_v + g_z)``: they oscillate with ``sqrt(S)`` if T is small;
-        otherwise one rate is about T, and its component decays within a step, and the other is
-        ``S/T``. The relaxation itself changes with the speed, from zero at a velocity reversal.
+        The rates r of velocity v and state z solve ``r**2 + T r + S = 0``, with ``S = a_v g_z - a_z
+        g_v`` and ``T = -(a_v + g_z)``, where a is the acceleration, g the rate of z, and the index
+        a derivative. If T is small, v and z oscillate with ``sqrt(S)``. Otherwise one rate is about
+        T, whose component decays within a step and is not counted, and the other is ``S/T``. In
+        addition the relaxation changes with the speed, from zero at a velocity reversal.
         """
         build, found, width = self.builder.apply, self._at(motion), len(motion)
         slopes = found["slopes"]
@@ -155,7 +158,8 @@ class Remembering:
 
         Each stage solves a linear system with the same matrix, from the derivatives at the start.
         """
-        # `made` has the solutions of the stages so far, `at` the motion where a stage is evaluated.
+        # `made` has the solutions of the stages so far; `at` is the motion at which a stage is
+        # evaluated.
         build, number = self.builder.apply, self.builder.constant
         here = self._at(motion)
         solve = self._solver(here["slopes"], step, len(motion))
@@ -173,7 +177,7 @@ class Remembering:
         return (*end[:2], *states)
 
     def _kept(self, state: int, index: int) -> int:
-        """Return a state at the end of a step; at its limit if it slips."""
+        """Return the operation of state number `index` after a step: its limit if it slips."""
         limited = self.limited[index]
         if limited is None:
             return state
@@ -182,7 +186,7 @@ class Remembering:
         return build("select", slips, build("mul", self.mode[0][0], limit), state)
 
     def _plus(self, start: Vector, weights: Sequence[float], made: Sequence[Vector]) -> Vector:
-        """Return a vector plus a weighted sum of vectors."""
+        """Return a vector plus the weighted sum of the vectors in `made`."""
         build, number = self.builder.apply, self.builder.constant
         for weight, each in zip(weights, made, strict=True):
             start = tuple(
@@ -192,10 +196,11 @@ class Remembering:
         return start
 
     def _solver(self, slopes: Vector, step: int, width: int) -> Callable[[Vector], Vector]:
-        """Return a solver of ``(1/(gamma h) - J) u = right`` for the stages of a step.
+        """Return a function that solves ``(1/(gamma h) - J) u = right`` for the stages of a step.
 
-        The position follows from the velocity. The states are eliminated first; their pivots are
-        positive because they relax.
+        The position is replaced by the velocity, whose integral it is. The remaining system is
+        solved by Gaussian elimination without pivoting, the states first: their pivots are positive
+        because they relax.
 
         Parameters
         ----------
@@ -209,11 +214,11 @@ class Remembering:
         build, number = self.builder.apply, self.builder.constant
         short = build("mul", number(_GAMMA), step)
         scale, none = build("div", number(1), short), number(0)
-        # Unknowns: the states, then the velocity; (row, column) of their factors.
+        # Order of the unknowns: the states, then the velocity.
         order = (*range(2, width), 1)
         rows = [[slopes[(r - 1) * width + c] for c in order] for r in order]
         by_position = [slopes[(r - 1) * width] for r in order]
-        # The position's part of each row is added to the column of the velocity.
+        # The coefficient of the position in each row is added to that of the velocity.
         matrix = [[none if x == none else build("neg", x) for x in row] for row in rows]
         for i, row in enumerate(matrix):
             row[i] = build("sub", scale, rows[i][i])
@@ -243,9 +248,9 @@ class Remembering:
         return solve
 
     def _eliminate(self, matrix: list[list[int]], none: int) -> dict[tuple[int, int], int]:
-        """Make a matrix upper triangular, in place; return the multipliers by row and pivot row.
+        """Make a matrix upper triangular, in place; return the multipliers by (row, pivot row).
 
-        `none` is the operation of the number 0, whose entries are skipped.
+        `none` is the operation of the constant 0; entries equal to it are skipped.
         """
         build, factors = self.builder.apply, {}
         for k in range(len(matrix)):

@@ -16,10 +16,10 @@ SIGNALS = (
 #: End of a simulation, by the status that the C functions return.
 STATUSES = ("done", "out of range", "not finite", "chatter", "unresolved")
 
-#: Names of the values held between samples under a continuous law.
+#: Names of the values that are held between samples under a continuous law: its inputs.
 HELD_REFERENCE = ("reference", "reference_rate", "measurement_error", "injected")
 
-#: Lanes of a block in printers/loop.
+#: Number of lanes in a block of the C code in printers/loop.
 BLOCK = 32
 
 #: Rate times step at which a Runge-Kutta step is accurate where the rates vary with the motion.
@@ -27,19 +27,19 @@ RESOLVED = 0.025
 #: The same product for motion and internal states, whose steps are implicit: a bristle's position
 #: is then within 2e-8 of its range of what an independent integrator gives.
 RESOLVED_STATES = 0.2
-#: Way times wave number of a step that passes a wave; with Simpson's rule, which a Runge-Kutta step
-#: is along a given way, the wave's mean is then right within 2e-6 of its size.
+#: Largest distance times wave number of a step along a periodic force. Along a given motion a
+#: Runge-Kutta step is Simpson's rule; the mean of the wave is then exact to 2e-6 of its amplitude.
 PHASE_PER_STEP = 0.25
-#: Change of position and velocity, SI, with which the plant's rates are probed.
+#: Change of position and velocity, SI, of the finite differences that give the plant's rates.
 PROBE = 1e-6
-#: Largest part of the way on which the acceleration varies.
+#: Largest change of the position, relative to the distance over which the acceleration varies.
 PROBED = 0.01
 #: Largest number of steps of a whole simulation, or per sample in the mean if that allows more.
 STEPS_IN_ALL, STEPS_OF_EACH = 2**23, 64
 #: Largest number of steps of all simulations of one search together, for each loop of an iterate;
 #: per sample as above.
 STEPS_OF_SEARCH = 4 * STEPS_IN_ALL
-#: The largest direction at rest.
+#: Largest friction direction of an axis that sticks, just below 1.
 STUCK = 1 - 2.0**-53
 
 
@@ -52,7 +52,7 @@ class LoopStart:
     position : float or (B,) array
     velocity : float or (B,) array
     memory : (m,) or (B, m) array or None
-        State of law and drive, in the order of ``control_start``; None for an axis at rest.
+        State of law and drive, in the order of ``control_start``; None for the state at rest.
     """
 
     position: Any

@@ -1,7 +1,7 @@
-"""The plant between samples as programs: the motion of one mode, and its rate of change.
+"""The plant between samples as programs: the motion in one mode, and its rate of change.
 
-A mode is a friction direction and, where the acceleration has kinks or jumps over the position, the
-side of each; see `switching`. Only then do programs take `sides`.
+A mode is a friction direction and, if the acceleration has kinks or jumps over the position, the
+side of each of them (see `switching`). Programs have the argument ``sides`` only in this case.
 """
 
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ from .switching import Switching, largest_wave, switching, wave_number
 
 #: Name of the vector of the law's gains, if they are arguments.
 GAINS = "law_gains"
-_Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
+_Lines = tuple[tuple[int, int], ...]  # operations of value and rate of each recorded signal
 
 
 def plant_programs(
@@ -42,17 +42,17 @@ def plant_programs(
     law : Program or None
         The control law, to which a test signal may be added; used only if it is continuous.
     acceleration : Program
-        The direct dynamics, as declared; replaced by the acceleration in one mode if there are
-        sides or internal states.
+        The direct dynamics, as declared. With sides or internal states the acceleration in one mode
+        is used instead.
 
     Returns
     -------
     tuple of Program
-        Always ``held_acceleration`` and ``plant_step``. ``switching`` with sides: of kinks or jumps
-        over the position or a recorded signal, or of limits of internal states. ``plant_rate`` with
-        sides or internal states; with neither, ``wave_number`` if the acceleration has wave
-        numbers. ``drive_response`` of a drive whose force changes between samples. ``state_start``
-        with internal states.
+        ``held_acceleration`` and ``plant_step``. In addition: ``switching`` if there are sides (of
+        kinks or jumps over the position or a recorded signal, or of limits of internal states);
+        ``plant_rate`` if there are sides or internal states; otherwise ``wave_number`` if the
+        acceleration has wave numbers; ``drive_response`` for a drive whose force changes between
+        samples; ``state_start`` if there are internal states.
     """
     found = switching(model)
     if found.sides or model.states:
@@ -62,7 +62,7 @@ def plant_programs(
         acceleration = arguments.lower(acceleration=[[found.acceleration]]).program(
             "acceleration_by_sides", "Acceleration in one mode."
         )
-    # A builder collects the outputs of one program: each program needs a plant in a new builder.
+    # A builder collects the outputs of one program, so each program needs a plant in a new builder.
     held = _plant(model, law, acceleration, found)
     name = model.axis.coordinate.acceleration.name
     held.builder.output(name, [[held.accelerate(*held.motion, None)]])
@@ -89,12 +89,13 @@ def plant_programs(
 
 
 def _switching(model: AxisModel, found: Switching) -> Program:
-    """Return the program of the switching functions and their rates of change.
+    """Return the program of the switching functions and their derivatives.
 
-    Recorded signals in them have the values that they reach `step` seconds later.
+    If recorded signals occur in them, ``step`` is a further argument: the signals have the values
+    that they reach after this time, s.
     """
     q = model.axis.coordinate
-    # A state at its limit is exactly at it: the limit is divided here as in a step.
+    # With the same reciprocals as in a step, a state at its limit is exactly equal to the limit.
     arguments = Arguments(reciprocals=bool(model.states)).scalars(q.symbol, q.velocity)
     lines: _Lines = ()
     if found.moved_by:
@@ -106,7 +107,7 @@ def _switching(model: AxisModel, found: Switching) -> Program:
         for name, by in (("by_position", {q.symbol, *following}), ("by_velocity", {q.velocity}))
     }
     if found.moved_by:
-        # The signals are on their lines, `step` seconds later.
+        # Values of the signals on their straight lines after `step` seconds.
         step = arguments.scalar("step")
         rates: dict[Signal, sympy.Symbol] = {}
         for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
@@ -129,21 +130,22 @@ def _switching(model: AxisModel, found: Switching) -> Program:
 def _slope(value: sympy.Expr, by: set[sympy.Symbol], following: set[sympy.Symbol]) -> sympy.Expr:
     """Return the sum of a switching function's derivatives with respect to the symbols `by`.
 
-    Internal states with a limit, `following`, change like the position.
+    The symbols `following` are internal states with a limit, which change like the position. They
+    are left out if the function does not depend on any of them.
     """
-    own = by if value.free_symbols & following else by - following
-    return sum(slope(value, each, "a switching function") for each in own)
+    symbols = by if value.free_symbols & following else by - following
+    return sum(slope(value, symbol, "a switching function") for symbol in symbols)
 
 
 @dataclass(frozen=True, slots=True)
 class _Plant:
-    """The plant between two samples, with the values that are held, as operations of a builder.
+    """The plant between two samples, with the values that are held, in a program being built.
 
-    A sampled law holds its force. With a lag the force moves to a final value, which is held too;
-    if the drive's force depends on the motion, the control is held. A continuous law is evaluated
-    inside the plant's derivative; the held values are then the reference with its rate, the
-    measurement error and the test signal that is added to the control. Each recorded signal follows
-    a straight line.
+    Under a sampled law the force is held. With a lag the force moves to a final value, which is
+    held too. If the drive's force depends on the motion, the control is held as the second value
+    instead. A continuous law is evaluated inside the plant's derivative; the held values are then
+    the reference with its rate, the measurement error and the test signal that is added to the
+    control. Each recorded signal follows a straight line.
 
     Attributes
     ----------
@@ -159,12 +161,12 @@ class _Plant:
     held : tuple of int
         Values held between samples, in the order of `_held_names`.
     recorded : tuple of (int, int)
-        Value and rate of each recorded signal.
+        Value and rate of each recorded signal at the start.
     mode : tuple of tuple of int
         The friction direction, and the sides if there are any.
     parameters : tuple of int
     found : Switching
-        The acceleration with sides in place of its kinks and jumps.
+        The acceleration with sides instead of its kinks and jumps.
     states : tuple of int
         Internal states of friction at the start.
     """
@@ -176,7 +178,7 @@ class _Plant:
     motion: tuple[int, int]
     held: tuple[int, ...]
     recorded: _Lines
-    mode: tuple[tuple[int, ...], ...]  # the direction, and the sides if there are any
+    mode: tuple[tuple[int, ...], ...]
     parameters: tuple[int, ...]
     found: Switching
     states: tuple[int, ...] = ()
@@ -188,8 +190,9 @@ class _Plant:
         """
         if self.law is None:
             response = self.model.axis.response
-            of_control = response is not None and response.holds_control
-            return self._made(self.held[1], q, dq, elapsed) if of_control else self.held[0]
+            if response is not None and response.holds_control:
+                return self._force_of(self.held[1], q, dq, elapsed)
+            return self.held[0]
         reference, rate, error, injected = self.held
         reference = self._later(reference, rate, elapsed)
         measured = self.builder.apply("add", q, error)
@@ -197,10 +200,10 @@ class _Plant:
         law = self.builder.inline(
             self.law, (reference,), (measured,), (dq,), *signals, (injected,), ()
         )
-        return self._made(law["control"][0], q, dq, elapsed)
+        return self._force_of(law["control"][0], q, dq, elapsed)
 
-    def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
-        """Return the force that the drive produces for a control."""
+    def _force_of(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
+        """Return the force that the drive produces for a control; other arguments as in `force`."""
         signals = self._signals(elapsed)
         return DriveInMode(self.builder, self.model, self.mode[0], signals).force(control, q, dq)
 
@@ -219,18 +222,18 @@ class _Plant:
         return indices[0]
 
     def _signals(self, elapsed: int | None) -> list[tuple[int]]:
-        """Return the values of the recorded signals `elapsed` seconds after the start."""
+        """Return the value of each recorded signal `elapsed` seconds after the start."""
         return [(self._later(value, rate, elapsed),) for value, rate in self.recorded]
 
     def _later(self, value: int, rate: int, elapsed: int | None) -> int:
-        """Return a value on a straight line, `elapsed` seconds after the start; None: at once."""
+        """Return a value on a straight line `elapsed` seconds after the start (None: at it)."""
         if elapsed is None:
             return value
         return self.builder.apply("add", value, self.builder.apply("mul", rate, elapsed))
 
 
 def _remembering(plant: _Plant) -> Remembering:
-    """Return the integrator of motion and internal states together, under the held force."""
+    """Return the integrator of motion and internal states under the held force."""
     limits, lower = plant.found.limits, Lowering(plant.builder, plant.builder.values)
     return Remembering(
         builder=plant.builder,
@@ -248,8 +251,9 @@ def _remembering(plant: _Plant) -> Remembering:
 def _held_names(model: AxisModel) -> tuple[str, ...]:
     """Return the names of the values held between samples, without recorded signals.
 
-    For a sampled law this is the force; with a lag also its final value, and the control if the
-    force depends on the motion. For a continuous law these are its inputs.
+    For a sampled law this is the force; with a lag also its final value, or the control if the
+    control is held while the force depends on the motion. For a continuous law these are its
+    inputs.
     """
     law, response = model.axis.control, model.axis.response
     if law is not None and law.continuous:
@@ -265,7 +269,7 @@ def _recorded_names(model: AxisModel) -> tuple[str, ...]:
 
 
 def _held(arguments: Arguments, model: AxisModel) -> tuple[tuple[int, ...], _Lines]:
-    """Declare the held values; return them, and value and rate of each recorded signal."""
+    """Declare the argument ``held``; return the held values, and value and rate of each signal."""
     names = _held_names(model)
     vector = arguments.vector("held", (*names, *_recorded_names(model)))
     lines = vector[len(names) :]
@@ -301,7 +305,8 @@ def _plant(
 def _plant_step(plant: _Plant) -> Program:
     """Return the program of one step of the motion in one mode.
 
-    It gives position, velocity and internal states at the end, and the acceleration at both ends.
+    Its results are position, velocity and internal states at the end of the step, and the
+    acceleration at both ends.
     """
     names, builder = plant.model.axis.coordinate, plant.builder
     step, states = builder.scalar("step"), list[int]()
@@ -325,15 +330,15 @@ def _plant_step(plant: _Plant) -> Program:
 
 
 def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
-    """Return position and velocity after a classical fourth-order step, and both accelerations.
+    """Return position and velocity after a classical Runge-Kutta step, and two accelerations.
 
-    The accelerations are those at the start and at the end.
+    The accelerations are those at the start and at the end of the step.
     """
     builder, build = plant.builder, plant.builder.apply
     q, dq = plant.motion
 
     def ahead(slopes: tuple[int, int], length: int) -> tuple[int, int]:
-        """Return the start's position and velocity plus their rates times a time."""
+        """Return position and velocity at the start plus `length` times the rates `slopes`."""
         moved = [
             build("add", start, build("mul", length, slope))
             for start, slope in zip((q, dq), slopes, strict=True)
@@ -346,7 +351,7 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
         """Return the rates of position and velocity: velocity and acceleration."""
         return state[1], plant.accelerate(*state, elapsed, tau)
 
-    # With a lag, the forces at the four evaluations give its exact integrals over the step.
+    # With a lag, the forces of the four evaluations give the exact integrals over the step.
     half, two = build("mul", builder.constant(0.5), step), builder.constant(2)
     response = plant.model.axis.response
     lag = 0.0 if response is None else response.lag
@@ -369,8 +374,8 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
 def _plant_rate(plant: _Plant, found: Switching) -> Program:
     """Return the program of the largest rate of change of the motion in one mode, 1/s.
 
-    It follows from damping, stiffness and waves of the acceleration. The rate times the step should
-    be `RESOLVED` at most.
+    It follows from the damping, the stiffness and the wave numbers of the acceleration. The rate
+    times the step should be at most `RESOLVED`.
     """
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     wave, resolved = builder.constant(0), builder.constant(RESOLVED / PHASE_PER_STEP)
@@ -382,12 +387,12 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     else:
         rate = _probed_rate(plant, wave if found.wave_numbers else None)
         if found.by_velocity:
-            # Variation with the velocity, such as a Stribeck peak, is around rest: a step
-            # changes the velocity by at most a part of itself, or of the width of the peak.
-            widest = largest_wave(plant.builder, found.by_velocity)
+            # The force varies strongly with the velocity near rest, as at a Stribeck peak. A step
+            # may change the velocity only by a part of the velocity plus the width of the peak.
+            largest = largest_wave(plant.builder, found.by_velocity)  # 1 over the width
             speed, change = build("abs", dq), build("abs", plant.accelerate(q, dq, None))
-            reach = build("add", builder.constant(1), build("mul", widest, speed))
-            share = build("mul", change, build("div", widest, reach))
+            reach = build("add", builder.constant(1), build("mul", largest, speed))
+            share = build("mul", change, build("div", largest, reach))
             rate = build("max", rate, build("mul", resolved, share))
     passing = build("mul", resolved, build("mul", build("abs", dq), wave))
     builder.output("plant_rate", [[build("max", rate, passing)]])
@@ -397,7 +402,8 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
 def _probed_rate(plant: _Plant, wave: int | None) -> int:
     """Return the larger of the rates of damping and stiffness, 1/s, by finite differences.
 
-    `wave` is the largest wave number, which shortens the difference of the position; None for none.
+    `wave` is the largest wave number, which shortens the difference of the position; None if there
+    is no wave number.
     """
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     probe = way = builder.constant(PROBE)
@@ -407,7 +413,7 @@ def _probed_rate(plant: _Plant, wave: int | None) -> int:
     here = plant.accelerate(q, dq, None)
 
     def changed(q: int, dq: int, by: int) -> int:
-        """Return the size of the acceleration's change, divided by the change of the motion."""
+        """Return the absolute change of the acceleration over the change `by` of the motion."""
         difference = build("sub", plant.accelerate(q, dq, None), here)
         return build("abs", build("div", difference, by))
 
@@ -420,8 +426,8 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     """Return the program of one sample of the loop: control law, drive, a step of the plant.
 
     The law reads the position with its measurement error. The drive turns the control into a force.
-    The plant moves for `step` seconds with the values that are held. The results are the motion and
-    the state of law and drive at the next sample; force, control and acceleration at this one; and
+    The plant moves for ``step`` seconds with the held values. The results are the motion and the
+    state of law and drive at the next sample; force, control and acceleration at this sample; and
     the acceleration at the end of the step.
 
     Parameters
@@ -448,7 +454,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     held = tuple(map(builder.scalar, HELD_REFERENCE))
     reference, _, error, injected = held
     names = _recorded_names(model)
-    lines = builder.vector("signals", names) if names else ()  # of each its value and its rate
+    lines = builder.vector("signals", names) if names else ()  # value and rate of each signal
     signals = [(value,) for value in lines[::2]]
     names = ports[GAINS].elements if GAINS in ports else ()
     # The direction, the sides if there are any, the parameters with the gains, and the step.

@@ -1,9 +1,9 @@
-"""Straight-line programs, between SymPy and the text of any target language.
+"""Straight-line programs, the form between SymPy expressions and the text of a target language.
 
-A program is a list of operations on scalars. An operation refers to earlier ones by their index,
-and equal operations share an index (value numbering), which eliminates common subexpressions. A
-printer turns a program into text; a further language is a further printer. A program can also be
-evaluated directly with NumPy.
+A program is a list of operations on scalars. An operation refers to earlier operations by index.
+Equal operations share an index (value numbering), which eliminates common subexpressions. A printer
+turns a program into text; each language has a printer. A program can also be evaluated directly
+with NumPy.
 """
 
 import math
@@ -15,7 +15,7 @@ import numpy as np
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 
-#: Names of operations.
+#: Names of all operations.
 OPERATIONS = (
     "input",
     "constant",
@@ -98,7 +98,7 @@ class Output:
     ----------
     name : str
     rows : tuple of tuple of int
-        Indices of operations in rows: a scalar, a row, a column or a matrix.
+        Indices of operations, row by row, of a scalar, a row, a column or a matrix.
     """
 
     name: str
@@ -107,7 +107,20 @@ class Output:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
-    """A function from scalars and vectors to matrices, without branches or loops."""
+    """A function from scalars and vectors to matrices, without branches and loops.
+
+    Attributes
+    ----------
+    name : str
+    summary : str
+        Description in one or two sentences.
+    inputs : tuple of Input
+        Arguments, in order.
+    outputs : tuple of Output
+        Results, in order.
+    operations : tuple of Operation
+        Operations in the order of evaluation.
+    """
 
     name: str
     summary: str
@@ -123,7 +136,7 @@ class Program:
 
 @dataclass(slots=True)
 class Builder:
-    """Collects the operations of a program; equal ones share an index.
+    """Collects the operations of a program; equal operations share an index.
 
     Attributes
     ----------
@@ -131,8 +144,8 @@ class Builder:
     outputs : list of Output
     operations : list of Operation
     reciprocals : bool
-        Whether a division becomes a product with the reciprocal, which is computed once for all
-        divisions by the same value. This suits steps that divide by the inertia repeatedly.
+        True if a division becomes a product with the reciprocal, which is computed once for all
+        divisions by the same value. This is faster for steps that often divide by the inertia.
     """
 
     inputs: list[Input] = field(default_factory=list)
@@ -151,24 +164,24 @@ class Builder:
         return tuple(self._intern(Operation("input", symbol=element)) for element in elements)
 
     def constant(self, value: float) -> int:
-        """Return the index of a number.
+        """Return the index of a constant.
 
         Raises
         ------
         ModelError
-            It is not finite; no target language has a literal for it.
+            The number is not finite, so that no target language has a literal for it.
         """
         number = float(value)
         if not math.isfinite(number):
             raise ModelError(
                 "a number in the generated code is not finite, because a declared number of the "
-                "drive, the law or the force is too small or too large. Correct it.",
+                "drive, the law or the force is too small or too large. Correct this number.",
                 code="not-finite",
             )
         return self._intern(Operation("constant", value=number, symbol=repr(number)))
 
     def apply(self, name: str, *operands: int) -> int:
-        """Return the index of an operation on earlier results."""
+        """Return the index of an operation on earlier operations, `operands`."""
         if name == "div" and self.reciprocals:
             one = self.constant(1)
             if operands[0] != one:
@@ -182,22 +195,22 @@ class Builder:
         ----------
         program : Program
         *arguments : sequence of int
-            For each argument of the program, the indices of its elements here.
+            For each argument of the program, the indices of its elements in this builder.
 
         Returns
         -------
         dict of str to tuple of int
-            Indices of the outputs' elements, row by row.
+            Indices of the elements of each output in this builder, row by row.
         """
-        bound = {
+        index_of = {
             element: index
             for port, indices in zip(program.inputs, arguments, strict=True)
             for element, index in zip(port.elements, indices, strict=True)
         }
-        here: list[int] = []
+        here: list[int] = []  # index in this builder of each operation of the program
         for operation in program.operations:
             if operation.name == "input":
-                here.append(bound[operation.symbol])
+                here.append(index_of[operation.symbol])
             elif operation.operands:
                 here.append(self.apply(operation.name, *(here[i] for i in operation.operands)))
             else:
@@ -233,7 +246,7 @@ class Builder:
         )
 
     def _intern(self, operation: Operation) -> int:
-        """Return the index of an operation, which is added if there is no equal one."""
+        """Return the index of an operation; add the operation if there is no equal one."""
         if operation not in self._index:
             self._index[operation] = len(self.operations)
             self.operations.append(operation)
@@ -270,12 +283,12 @@ def evaluate(program: Program, elements: Mapping[str, Array]) -> dict[str, Array
     ----------
     program : Program
     elements : mapping of str to (N,) array
-        Every element of its arguments by name.
+        Every element of the program's arguments, by name.
 
     Returns
     -------
     dict of str to (N, elements) array
-        By output, row by row.
+        Elements of each output, row by row, by the output's name.
     """
     points = len(next(iter(elements.values())))
     values: list[Array] = []

@@ -1,11 +1,11 @@
 """Kinks and jumps of the acceleration between samples, and its scale of variation.
 
-A kink or jump is where a *switching function* of the motion is zero: the argument of an ``Abs``,
-the difference of the arguments of a ``Max``. The *side* is the sign of this function, +1 or -1.
-With the sides as given numbers, the acceleration is smooth everywhere: this is one *mode* of the
-motion, just as a friction direction is one mode at velocity reversals. The time loop finds when a
-side changes. A recorded signal that runs straight between samples moves a kink, or passes it
-without a motion; a held signal moves it at the samples.
+The acceleration has a kink or jump where a *switching function* of the motion is zero: the argument
+of an ``Abs``, or the difference of the arguments of a ``Max``. The *side* is the sign of this
+function, +1 or -1. With given sides the acceleration is smooth everywhere. The sides, together with
+the friction direction, are one *mode* of the motion. The time loop finds when a side changes. A
+recorded signal that is linear between samples moves a kink between samples; a held signal moves it
+at the samples.
 """
 
 import math
@@ -43,26 +43,27 @@ _HIGHEST_DEGREE = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Switching:
-    """The acceleration of an axis, with sides in place of its kinks and jumps.
+    """The acceleration of an axis, with sides instead of its kinks and jumps.
 
     Attributes
     ----------
     acceleration : sympy.Expr
         Acceleration as a function of the motion and the sides.
     sides : tuple of sympy.Symbol
-        One for each switching function; empty if the acceleration is smooth over the position.
+        Symbol of the side of each switching function; empty if the acceleration is smooth over the
+        position.
     functions : tuple of sympy.Expr
-        The switching functions, whose signs are the sides; one may depend on the sides before it.
+        The switching functions, whose signs are the sides. A function may depend on earlier sides.
     wave_numbers, by_velocity : tuple of sympy.Expr
-        Reciprocals of the shortest distance, and of the smallest change of the velocity, over which
-        the acceleration may vary.
+        Reciprocals of distances, and of changes of the velocity, over which the acceleration may
+        vary; the largest value counts.
     moved_by : tuple of Signal
         Recorded signals in the switching functions.
     rates : tuple of sympy.Expr
         Rates of the internal states, as functions of the sides of their limits.
     limits : mapping of int to sympy.Symbol
-        The side of each state that has a limit, by the state's index: +1 within the limit, -1 while
-        the state slips. They are the last of the sides.
+        Side of each state that has a limit, by the index of the state: +1 within the limit, -1
+        while the state slips. These sides are the last ones in `sides`.
     """
 
     acceleration: sympy.Expr
@@ -76,13 +77,14 @@ class Switching:
 
 
 def switching(model: AxisModel) -> Switching:
-    """Return an axis's acceleration with sides in place of its kinks and jumps."""
+    """Return the acceleration of an axis with sides instead of its kinks and jumps."""
     q, acceleration = model.axis.coordinate, with_numbers(model.acceleration)
     sides: dict[sympy.Expr, sympy.Symbol] = {}
     running = {signal.symbol for signal in model.axis.signals if not signal.is_held}
     moving = {q.symbol} | running
     deciding = acceleration.atoms(sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, *_RELATIONS)
-    # A decision by a signal that runs between samples, or by velocity and signal, has kinks there.
+    # A function with a kink that depends on the position or a signal that changes between samples,
+    # or on the velocity together with a signal, has a kink between samples.
     if any(
         moving & node.free_symbols or (q.velocity in node.free_symbols and signals_in(node))
         for node in deciding
@@ -110,8 +112,8 @@ def _with_limits(
     """Return the rates of the internal states, and the side of each limit by the state's index.
 
     The rate of a slipping state is 0. The side of each limit is added to `sides`, by its switching
-    function. At the limit this function is exactly 0, and a motion outwards from there keeps
-    slipping.
+    function. This function is exactly 0 at the limit, and the state slips while the motion is
+    outwards.
     """
     rates, limits = list[sympy.Expr](), dict[int, sympy.Symbol]()
     for i, state in enumerate(model.states):
@@ -125,9 +127,10 @@ def _with_limits(
 
 
 class _Sides:
-    """Rewrites an expression with sides in place of kinks and jumps, and collects the sides.
+    """Rewrites expressions with sides instead of kinks and jumps, and collects the sides.
 
-    Kinks that the sign of the velocity alone decides stay: there the friction direction changes.
+    Kinks that depend only on the sign of the velocity are kept, because the friction direction
+    describes them.
 
     Parameters
     ----------
@@ -148,7 +151,7 @@ class _Sides:
         self._memo: dict[sympy.Basic, sympy.Basic] = {}
 
     def __call__(self, node: sympy.Basic) -> sympy.Basic:
-        """Return an expression with sides in place of its kinks and jumps."""
+        """Return an expression with sides instead of its kinks and jumps."""
         if not node.args or not node.free_symbols & self._motion:
             return node
         if node not in self._memo:
@@ -170,12 +173,15 @@ class _Sides:
         if arguments == list(node.args):
             return node
         if node.is_Pow and not node.exp.is_Integer and node.base.is_nonnegative:
-            # A step may pass its side, where the base is negative.
+            # A step may go slightly beyond the kink, where the base would be negative.
             return Max(0, arguments[0]) ** arguments[1]
         return node.func(*arguments)
 
     def _decided(self, node: sympy.Basic, inside: sympy.Expr, side: sympy.Expr) -> sympy.Basic:
-        """Return Abs, sign, Heaviside or a comparison with its side in place of the decision."""
+        """Return Abs, sign, Heaviside or a comparison with `side` as the sign of its argument.
+
+        `inside` is the rewritten first argument of the node.
+        """
         if isinstance(node, sympy.Abs):
             return side * inside
         if isinstance(node, sympy.Heaviside):
@@ -183,14 +189,16 @@ class _Sides:
         return side if isinstance(node, sympy.sign) else node.func(side, 0)
 
     def _chosen(self, a: sympy.Expr, b: sympy.Expr, kind: type[sympy.Basic]) -> sympy.Expr:
-        """Return the larger or smaller of two expressions, as their side decides."""
+        """Return the larger (`kind` Max) or smaller of two expressions, selected by their side."""
         side = self._side(a - b if kind is Max else b - a)
         return kind(a, b) if side is None else sympy.Piecewise((a, side > 0), (b, True))
 
     def _side(self, value: sympy.Expr) -> sympy.Expr | None:
-        """Return the side of a switching function; None if at most the velocity's sign decides it.
+        """Return the side of a switching function; None if it needs no side.
 
-        A new symbol is made unless the function, or its negative, has a side already.
+        A function needs no side if it does not depend on the motion, or is the velocity times a
+        constant factor. A new symbol is made unless the function, or its negative, already has a
+        side.
         """
         if not value.free_symbols & self._motion:
             return None
@@ -208,7 +216,8 @@ class _Sides:
 def wave_number(model: AxisModel, found: Switching) -> Program:
     """Return the program of the largest wave number, from position, signals and parameters.
 
-    It is the reciprocal of the shortest distance over which the acceleration varies.
+    The largest wave number is the reciprocal of the shortest distance over which the acceleration
+    varies.
     """
     axis = model.axis
     arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
@@ -220,15 +229,15 @@ def wave_number(model: AxisModel, found: Switching) -> Program:
 
 
 def largest_wave(arguments: Arguments, numbers: Iterable[sympy.Expr]) -> int:
-    """Return the largest of the wave numbers, as an operation."""
+    """Return the operation of the largest of the wave numbers."""
     lowering = Lowering(arguments, arguments.values)
     return reduce(partial(arguments.apply, "max"), map(lowering, numbers))
 
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:
-    """Return the wave numbers of all parts of expressions that are no polynomial of a symbol.
+    """Return the wave numbers of the parts of expressions that are not polynomials of `position`.
 
-    The symbol is the position, or the velocity.
+    `position` is the symbol of the position, or of the velocity.
     """
     nodes = (node for value in values for node in dict.fromkeys(sympy.preorder_traversal(value)))
     depending = (node for node in nodes if position in node.free_symbols)
@@ -237,7 +246,7 @@ def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple
 
 
 def _of_node(node: sympy.Basic, position: sympy.Symbol) -> Iterator[sympy.Expr]:
-    """Return the wave numbers of one function, one root or one quotient."""
+    """Yield the wave numbers of a function, a root or a quotient; none for any other node."""
     if isinstance(node, _PERIODIC):
         yield sympy.Abs(node.args[0].diff(position))
     elif isinstance(node, sympy.Function) and not isinstance(node, (Max, Min, sympy.Piecewise)):
@@ -253,10 +262,10 @@ def _of_node(node: sympy.Basic, position: sympy.Symbol) -> Iterator[sympy.Expr]:
 
 
 def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
-    """Return the reciprocal of the width over which a function of an argument varies.
+    """Return the reciprocal of the width over which a function of the argument `inside` varies.
 
-    The highest derivative of the argument gives the width of ``exp(-((q - q0)/w)**2)`` also where
-    the argument is 0.
+    For a polynomial argument the highest derivative gives the width, for instance that of
+    ``exp(-((q - q0)/w)**2)``, also at positions where lower derivatives are 0.
     """
     slope = inside
     for degree in range(1, _HIGHEST_DEGREE + 1):
@@ -269,7 +278,7 @@ def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
 def stiffest_term(
     axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
 ) -> tuple[str, float]:
-    """Return the term of the equation of motion that needs most steps, and its steps per second.
+    """Return the term of the equation of motion with the shortest steps, and its steps per second.
 
     Parameters
     ----------
@@ -298,7 +307,10 @@ def stiffest_term(
 
 
 def _size(value: sympy.Expr, point: dict[sympy.Symbol, float]) -> float:
-    """Return the absolute value of an expression at a point, without jumps; 0 if it has none."""
+    """Return the absolute value of an expression at a point; 0 if it is not a number.
+
+    Delta functions, the derivatives of jumps, are replaced by 0.
+    """
     smooth = value.replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
     size = abs(float_at(smooth, point))
     return 0.0 if math.isnan(size) else size

@@ -1,4 +1,4 @@
-"""Programs to C text: functions of one sample, loops over samples and lanes, and the feed-forward.
+"""C text of programs: functions of one sample, loops over samples and lanes, and the feed-forward.
 
 Functions take scalars by value and vectors by pointer, and write each output through a pointer, row
 by row. Inputs end in an underscore and outputs in `_out`, so that no name is a header's macro.
@@ -61,12 +61,12 @@ C = Language(
 
 
 def print_c_prelude(text: str) -> str:
-    """Return the headers and helpers that a C text needs, and no others."""
+    """Return the headers, and those helpers that a C text calls."""
     return f"{_INCLUDES}\n{print_c_helpers(text)}"
 
 
 def print_c_helpers(text: str) -> str:
-    """Return the helpers that a C text needs."""
+    """Return those helpers that a C text calls."""
     called = {*re.findall(r"\b(\w+)\(", text)}
     used = [name for name in _HELPERS if name in called]
     return "".join(f"static inline double {name}{_HELPERS[name]}\n" for name in used)
@@ -134,13 +134,15 @@ def print_c_loop(
         and ``FIRST_LIMIT``, the index of the first side that belongs to a state's limit, if there
         is one; ``WAVES`` if the acceleration has waves over the position.
     continuous : bool
-        Whether the law is continuous.
+        True if the law is continuous.
     response : mapping of str to float
-        Sizes of a drive whose force changes between samples: whether it is ``LAGGED``, and the part
-        of a sample after which a command begins to act, ``SPLIT``, unless it acts at the sample.
+        Sizes of a drive whose force changes between samples: ``LAGGED`` is 1 for a drive with a lag
+        and 0 otherwise; ``SPLIT`` is the part of a sample after which a command begins to act, and
+        is missing if it acts at the sample. Empty for any other drive.
     """
     values: dict[str, float] = {**sizes, **response, "CONTINUOUS": int(continuous)}
-    rates = not (sizes["SIDES"] or "STATES" in sizes)  # are given where a loop starts
+    # The rates of the motion are given where a loop starts, unless it has sides or states.
+    rates = not (sizes["SIDES"] or "STATES" in sizes)
     if sizes["SIDES"]:
         values |= {
             "RESOLVED": RESOLVED,
@@ -148,7 +150,9 @@ def print_c_loop(
             "STEPS_OF_EACH": STEPS_OF_EACH,
         }
     elif rates:
-        values |= {"PROBE": PROBE} | ({"PROBED": PROBED} if "WAVES" in sizes else {})
+        values["PROBE"] = PROBE
+        if "WAVES" in sizes:
+            values["PROBED"] = PROBED
     values |= {
         "RESPONSE": int(bool(response)),
         "RATES": int(rates),
@@ -168,14 +172,20 @@ def print_c_loop_header() -> str:
 
 
 def with_loop_header(text: str) -> str:
-    """Return native code with the text of the time loop in place of its include line."""
+    """Return native code with the text of the time loop in place of the line that includes it."""
     return text.replace(_INCLUDE_LOOP, print_c_loop_header())
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:
-    """Return the C function that computes the starting state from recorded values and rates."""
+    """Return the C function that computes the memory at the start of a loop.
+
+    Its array of recorded signals has the value and the rate of each signal; only values are used.
+    The gains of the law are an argument if `by_gains` is True.
+    """
     values = ", ".join(f"recorded[{2 * i}]" for i in range(signals))
-    taken, given = ("const double *gains, ", "gains, ") if by_gains else ("", "")
+    taken, given = "", ""
+    if by_gains:
+        taken, given = "const double *gains, ", "gains, "
     return (
         "static inline void start_of(double reference, double measured, const double *recorded, "
         f"{taken}double *memory)\n"
@@ -184,7 +194,10 @@ def _start_of(signals: int, *, by_gains: bool) -> str:
 
 
 def _unpacked(port: Input, used: set[str]) -> list[str]:
-    """Return the lines that name the elements of an argument that are used."""
+    """Return the lines that assign the used elements of an argument to names.
+
+    For an argument without used elements, the line tells the compiler that it is unused.
+    """
     if _is_scalar(port):
         return [] if port.name in used else [f"    (void){port.name}_;"]
     lines = [
@@ -196,11 +209,12 @@ def _unpacked(port: Input, used: set[str]) -> list[str]:
 
 
 def _is_scalar(port: Input) -> bool:
+    """Return True for a scalar argument, whose only element has its name."""
     return port.elements == (port.name,)
 
 
 def print_c99(export: FeedForward) -> str:
-    """Return the text of a C file with the two functions."""
+    """Return the text of a C file with the functions for force and control."""
     force, control = export.functions
     arguments = ", ".join(f"double {name}_" for name in export.motion)
     passed = ", ".join(f"{name}_" for name in export.motion)
@@ -221,7 +235,7 @@ def print_c99(export: FeedForward) -> str:
         )
     )
     helpers = print_c_helpers(functions)
-    # Helpers have the function's name: a header that the file is joined with may have a `select`.
+    # The names of helpers begin with that of the function: other code may have a `select`.
     for name in re.findall(r"static inline double (\w+)\(", helpers):
         helpers, functions = (
             re.sub(rf"\b{name}\(", f"{force}_{name}(", text) for text in (helpers, functions)
@@ -273,12 +287,12 @@ def print_c_filter() -> str:
 
 
 def _joined(name: str, parts: Iterable[str]) -> str:
-    """Return the joined text of the parts in the folder of this name."""
+    """Return the joined text of the files `parts` in the folder `name` next to this module."""
     folder = resources.files(__package__) / name
     return "".join((folder / part).read_text() for part in parts)
 
 
 def has_known_part(native: str) -> bool:
-    """Return whether the inverse model of native code has a part that no parameter scales."""
+    """Return True if the inverse model of native code has a part that no parameter scales."""
     begin = native.index("static inline void idm_regressor(")
     return "known_out[0] = 0.0;" not in native[begin : native.index("\n}\n", begin)]

@@ -1,7 +1,7 @@
-"""Programs to Python text: builders of CasADi functions, and the feed-forward in plain Python.
+"""Python text of programs: builders of CasADi functions, and the feed-forward in plain Python.
 
 The text that builds CasADi functions is committed and reviewed, and it is the text that runs. The
-feed-forward needs nothing but ``math``, and has the values of C.
+feed-forward needs only ``math``, and returns the same values as in C, also where Python raises.
 """
 
 import re
@@ -74,6 +74,7 @@ def _matrix(port: Output, texts: list[str]) -> str:
 
 
 def _quoted(name: str) -> str:
+    """Return a name in double quotes."""
     return f'"{name}"'
 
 
@@ -206,6 +207,7 @@ def _with_quotients(program: Program) -> Program:
     """Return a program whose divisions by a value that may be 0 are called ``quotient``."""
 
     def named(operation: Operation) -> Operation:
+        """Return an operation, with the name ``quotient`` if it is such a division."""
         if operation.name != "div":
             return operation
         divisor = program.operations[operation.operands[1]]
@@ -238,5 +240,5 @@ def _language(names: dict[str, str]) -> Language:
 
 
 def _if(text: str) -> str:
-    """Return a number as a condition."""
+    """Return the condition that a number, given as text, is not 0."""
     return condition(text, "{} != 0.0")

@@ -12,11 +12,12 @@ from unicodedata import combining, normalize
 
 from axisid.codegen.lowering import Operation, Program
 
-Text = tuple[str, int]  # an expression, and the strength of its binding
+#: Text of an expression, and the strength with which its outermost operator binds.
+Text = tuple[str, int]
 
 _INFIX = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
-_NEGATION, ATOM = 3, 4
-_WIDTH = 80
+_NEGATION, ATOM = 3, 4  # strengths of a negated operand, and of a name, a number or a call
+_WIDTH = 80  # characters of an expression, above which it gets a name
 
 
 class BooleanText(str):
@@ -32,19 +33,21 @@ class BooleanText(str):
     condition: str
 
     def __new__(cls, condition: str, form: str) -> "BooleanText":
-        """Insert the condition into a form, in place of ``{}``."""
+        """Return the text `form` with the condition in place of ``{}``."""
         made = super().__new__(cls, form.format(condition))
         made.condition = condition
         return made
 
 
 def condition(text: str, unequal: str) -> str:
-    """Return the text of a number as a condition.
+    """Return the text of a condition that is true if a number is not 0.
 
-    It is the condition from which the number was made, otherwise ``number != 0`` in the form
-    `unequal`.
+    For a `BooleanText` it is the condition from which the number was made. Otherwise it is the text
+    `unequal`, such as ``{} != 0.0``, with the number in place of ``{}``.
     """
-    return text.condition if isinstance(text, BooleanText) else unequal.format(text)
+    if isinstance(text, BooleanText):
+        return text.condition
+    return unequal.format(text)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,16 +57,16 @@ class Language:
     Attributes
     ----------
     calls : mapping of str to str or callable
-        Function that an operation calls, or a callable that makes the call from the texts of its
-        operands; if missing, the operation's own name.
+        By name of an operation: the function that it calls, or a callable that returns the text of
+        the call for the texts of the operands. A missing operation calls a function of its name.
     variable : callable
-        Text of an argument's element by its name.
+        Returns the text of an element of an argument for the element's name.
     name : callable
-        Text of a line that names an expression, from name and expression.
+        Returns the line that assigns an expression to a name, for name and expression.
     constant : callable
-        Text of a number, from Python's.
+        Returns the text of a number for its text in Python.
     temporary : str
-        Beginning of the name of an expression; a number follows.
+        Beginning of the names of expressions; a number follows.
     """
 
     calls: Mapping[str, str | Callable[..., str]]
@@ -74,9 +77,10 @@ class Language:
 
 
 def print_operations(program: Program, language: Language) -> tuple[list[str], list[str]]:
-    """Return the text of every operation, and the lines that give names to some.
+    """Return the text of every operation, and the lines that assign some of them to names.
 
-    An operation gets a name if it is used more than once, or if its text is long.
+    An operation is assigned to a name if it is used more than once, or if its text is long; its
+    text is then the name.
     """
     uses = Counter(i for operation in program.operations for i in operation.operands)
     uses.update(i for port in program.outputs for row in port.rows for i in row)
@@ -93,7 +97,7 @@ def print_operations(program: Program, language: Language) -> tuple[list[str], l
 
 
 def _expression(operation: Operation, texts: list[Text], language: Language) -> Text:
-    """Return the text of an operation from those of its operands."""
+    """Return the text of an operation; `texts` are those of the operations before it."""
     if operation.name == "input":
         return language.variable(operation.symbol), ATOM
     if operation.name == "constant":
@@ -114,11 +118,11 @@ def _expression(operation: Operation, texts: list[Text], language: Language) -> 
 
 
 def comment(text: str) -> str:
-    """Return a text for a comment, in ASCII, that no language reads as the end of the comment."""
+    """Return a text as ASCII that no language reads as the end or the beginning of a comment."""
     letters = (c for c in normalize("NFKD", " ".join(text.split())) if not combining(c))
     plain = "".join(letters).encode("ascii", "replace").decode()
-    apart = re.sub(r"[/(](?=\*)|\*(?=[/)])", r"\g<0> ", plain)
-    return re.sub(r"[\x00-\x1f\x7f]", "?", apart).replace("??", "? ?").replace("\\", "/")
+    separated = re.sub(r"[/(](?=\*)|\*(?=[/)])", r"\g<0> ", plain)
+    return re.sub(r"[\x00-\x1f\x7f]", "?", separated).replace("??", "? ?").replace("\\", "/")
 
 
 def distinct_names(
@@ -126,7 +130,7 @@ def distinct_names(
     legal: Callable[[str], str],
     taken: Collection[str],
 ) -> dict[str, str]:
-    """Return a legal name for each name; no two are equal, even ignoring case.
+    """Return a legal name for each name; no two are equal, even if case is ignored.
 
     Parameters
     ----------
@@ -147,6 +151,6 @@ def distinct_names(
 
 
 def _enclosed(operand: Text, strength: int) -> str:
-    """Return an operand's text, in parentheses if it binds less strongly than required."""
+    """Return an operand's text, in parentheses if it binds less strongly than `strength`."""
     text, own = operand
     return text if own >= strength else f"({text})"

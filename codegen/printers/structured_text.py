@@ -45,7 +45,7 @@ _RESERVED = frozenset(
 
 
 def print_st(export: FeedForward) -> str:
-    """Return the text of both functions; the second calls the first."""
+    """Return the text of the functions for force and control; the second calls the first."""
     force, control = map(_legal, export.functions)
     own = (force.lower(), control.lower(), "force")
     names = distinct_names([*export.motion, *(c.name for c in export.constants)], _legal, own)
@@ -102,13 +102,16 @@ def _block(keyword: str, declarations: list[str]) -> list[str]:
 
 
 def _legal(name: str) -> str:
-    """Return an identifier without two underscores in a row, none at its end, and no keyword."""
+    """Return a name as an identifier of the language.
+
+    It has no two underscores in a row, does not end with an underscore, and is not a keyword.
+    """
     single = re.sub("_+", "_", name).rstrip("_")
     return f"{single}_v" if single.upper() in _RESERVED else single
 
 
 def _literal(number: str) -> str:
-    """Return a number as a literal of type LREAL, which always contains a point."""
+    """Return the text of a number in Python as a literal of type LREAL, which contains a point."""
     mantissa, exponent, power = number.partition("e")
     point = "" if "." in mantissa else ".0"
     return f"LREAL#{mantissa}{point}{exponent.upper()}{power}"
@@ -147,5 +150,5 @@ def _language(names: dict[str, str]) -> Language:
 
 
 def _if(text: str) -> str:
-    """Return a number as a condition."""
+    """Return the condition that a number, given as text, is not 0."""
     return condition(text, f"{{}} <> {_ZERO}")

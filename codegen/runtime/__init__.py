@@ -1,7 +1,7 @@
-"""Text as functions that run: in the CasADi virtual machine, or compiled, tested and cached.
+"""Run generated text as functions: in the CasADi virtual machine, or compiled and checked.
 
-In: generated text. Out: functions of samples, and the time loop; native ones, or the reason why
-there are none. Knows nothing of SymPy.
+In: generated text. Out: functions of samples, and the time loop, as native code or in the virtual
+machine; the reason why native code is unavailable. Knows nothing of SymPy.
 """
 
 from .batched_rows import (

@@ -24,8 +24,8 @@ _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 class Decimation(NamedTuple):
     """Low-pass filter of columns, forward and backward, with decimation to rows.
 
-    The filter is written as a sum of modes, one for each pair of complex poles. The attributes are
-    in the order of the compiled functions' arguments.
+    The filter is a sum of modes, one for each pair of complex poles. The attributes are in the
+    order of the arguments of the compiled functions.
 
     Attributes
     ----------
@@ -36,12 +36,12 @@ class Decimation(NamedTuple):
     powers : (every + 1, 8) array
         Powers of the poles: real and imaginary part of one pole of each pair in turn.
     gains, settled : (8,) array
-        Gains of the modes in the sum, and their settled state for an input of ones.
+        Gains of the modes in the sum, and their steady state for an input of ones.
     ends : (8, 8) array
-        Matrix from the distance of the forward modes from their settled state to the start of the
-        backward modes.
+        Matrix that gives the initial state of the backward modes, from the difference between the
+        final state of the forward modes and their steady state.
     direct : float
-        Direct weight of a value in the sum, in addition to the modes.
+        Direct feedthrough: weight of an input value in the sum, in addition to the modes.
     """
 
     sizes: NDArray[np.int64]
@@ -53,17 +53,18 @@ class Decimation(NamedTuple):
 
 
 class LaneLibrary(LoadedLibrary):
-    """Compiled functions that make regression rows from the signals of L lanes.
+    """Compiled functions that compute regression rows from the signals of L lanes.
 
     Arrays are contiguous: (N, L) for samples, (n, columns, L) for rows.
 
     Parameters
     ----------
     path : Path
+        Path of the library.
     parameters : int
         Number of parameters.
     known : bool
-        Whether the force has a part that no parameter scales; it is then one more column.
+        True if the force has a part without a parameter, which is then one more column.
     """
 
     def __init__(self, path: Path, parameters: int, *, known: bool) -> None:
@@ -87,7 +88,7 @@ class LaneLibrary(LoadedLibrary):
         sections : array
             Second-order sections of the low-pass.
         settled : array
-            State of the sections after a step has settled.
+            Steady state of the sections for a unit step.
         padding : int
             Samples by which the signal is extended at each end.
         period : float
@@ -176,15 +177,15 @@ class LaneLibrary(LoadedLibrary):
         return self._decimated("lanes_weights", excluded.shape, (_bytes(excluded),), decimation)
 
     def turns(self, velocity: Array, rest: float, reach: int) -> NDArray[np.bool_]:
-        """Return which samples, (N, L), are close to a velocity reversal or to standstill.
+        """Return a mask, (N, L), of samples close to a velocity reversal or to standstill.
 
         Parameters
         ----------
         velocity : (N, L) array
         rest : float
-            Speed below which the axis counts as at standstill.
+            Share of the largest speed of a lane, up to which the axis is at standstill.
         reach : int
-            Number of samples that count as close.
+            Number of samples on each side that are close.
         """
         samples, lanes = velocity.shape
         out = np.empty((samples, lanes), dtype=np.bool_)
@@ -200,14 +201,14 @@ class LaneLibrary(LoadedLibrary):
     ) -> tuple[Array, Array]:
         """Return two sums of products of the regressor's columns, (p, p, L) each.
 
-        The first is over samples faster than a lane's slow speed, the second over samples that are
-        not close to a reversal.
+        The first sum is over samples that are faster than the slow speed of their lane. The second
+        sum is over samples that are not close to a reversal.
 
         Parameters
         ----------
         motion : tuple of (N, L) array
         kept : (N,) array of bool
-            Samples that are used at all.
+            Samples that are used in either sum.
         near : (N, L) array of bool
             Samples close to a reversal.
         slow : (L,) array
@@ -237,7 +238,7 @@ class LaneLibrary(LoadedLibrary):
         decimation: Decimation,
         kept: tuple[int, ...] = (),
     ) -> Array:
-        """Return the rows, (n, *kept, L), that a compiled function makes from samples (N, L).
+        """Return the rows, (n, *kept, L), that a compiled function computes from samples (N, L).
 
         Parameters
         ----------
@@ -246,10 +247,10 @@ class LaneLibrary(LoadedLibrary):
         shape : (int, int)
             N and L.
         given : sequence
-            Its arguments before the decimation.
+            Arguments of the function before the decimation.
         decimation : Decimation
         kept : tuple of int
-            Number of columns, if there are columns.
+            Number of columns of a row; empty for one value in each row.
         """
         every, blocks, rows = map(int, decimation.sizes[[5, 8, 9]])
         columns, groups = self._columns + 1, -(-shape[1] // _WIDE)
@@ -262,28 +263,29 @@ class LaneLibrary(LoadedLibrary):
 
 
 def _rows_apart(columns: Array) -> Array:
-    """Return columns (n, p, L) in which each row is contiguous, copied only if necessary."""
+    """Return columns, (n, p, L), in which each row is contiguous; copied only if necessary."""
     return columns if columns[0].flags.c_contiguous else np.ascontiguousarray(columns)
 
 
 def _bytes(chosen: NDArray[np.bool_] | None) -> NDArray[np.uint8] | None:
-    """Return flags as bytes; None stays None."""
+    """Return a mask as bytes; None for None."""
     return None if chosen is None else np.ascontiguousarray(chosen).view(np.uint8)
 
 
-_FILTERED = 4  # as in the C text
-_KEPT = 2**21  # workspace values that a thread keeps, 17 MB
+_FILTERED = 4  # columns that are filtered in parallel, as in the C text
+_KEPT = 2**21  # values of the largest workspace that a thread keeps, 17 MB
 
 
 class ColumnFilter(LoadedLibrary):
     """Second-order sections applied forward and backward along columns, in compiled code.
 
-    SciPy filters the columns one after the other and waits for each sum. Here several columns are
-    filtered in parallel in the time of one. The results are equal to the last bit.
+    SciPy filters one column at a time, and each sum waits for the previous one. Here several
+    columns are filtered at once in the time of one column. The results are equal to SciPy's to the
+    last bit.
     """
 
     def without_phase(self, columns: Array, sections: Array, settled: Array, padding: int) -> Array:
-        """Return columns (N, k) filtered without phase, with odd extensions at both ends, (N, k).
+        """Return columns, (N, k), filtered with zero phase, with odd extensions at both ends.
 
         Parameters
         ----------
@@ -291,9 +293,9 @@ class ColumnFilter(LoadedLibrary):
         sections : (s, 6) array
             Sections in SciPy's form; at most 5.
         settled : (s, 2) array
-            Their state after a step has settled.
+            Steady state of the sections for a unit step.
         padding : int
-            Samples of an extension.
+            Number of samples of an extension.
         """
         samples, count = columns.shape
         over_time, over_columns = (stride // columns.itemsize for stride in columns.strides)

@@ -1,4 +1,4 @@
-"""Functions evaluated at many samples at once, and the generated text that defines them."""
+"""CasADi functions from generated text, and their arguments and results at many samples."""
 
 import linecache
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ VECTORS = frozenset(
 
 
 def recorded_count(functions: Mapping[str, Any]) -> int:
-    """Return the number of values per sample of recorded signals: two for each, value and rate."""
+    """Return the number of values of all recorded signals at a sample: value and rate of each."""
     step = functions.get("closed_loop_step")
     if step is None or "signals" not in step.name_in():
         return 0
@@ -29,10 +29,11 @@ def recorded_count(functions: Mapping[str, Any]) -> int:
 
 
 def is_continuous(functions: Mapping[str, Any]) -> bool:
-    """Return whether the control law is continuous.
+    """Return True if the control law is continuous.
 
-    Between samples the inputs of such a law (`HELD_REFERENCE`) are held. Under a sampled law the
-    force is held, with a second value for some drives. The number of held values tells which.
+    Under a continuous law its inputs (`HELD_REFERENCE`) are held between samples. Under a sampled
+    law the force is held, for some drives with a second value. So the number of held values shows
+    the kind of the law.
     """
     return held_count(functions) == len(HELD_REFERENCE)
 
@@ -43,7 +44,10 @@ def held_count(functions: Mapping[str, Any]) -> int:
 
 
 def by_sample(values: Array, samples: int) -> Array:
-    """Return CasADi results, which are side by side, with one row per sample: (N, elements)."""
+    """Return the results of a CasADi function at N samples as an (N, elements) array.
+
+    `values` has the result matrices of the samples side by side.
+    """
     height, width = values.shape[0], values.shape[1] // samples
     columns = values.reshape(height, samples, width).swapaxes(0, 1)
     return columns.reshape(samples, height * width)
@@ -51,16 +55,17 @@ def by_sample(values: Array, samples: int) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class FunctionShape:
-    """Sizes of the inputs and outputs of a function, read once because CasADi is slow.
+    """Sizes of the arguments and results of a function, read once because CasADi is slow.
 
     Attributes
     ----------
     name : str
     arguments : tuple of str
+        Names of the arguments.
     lengths : tuple of int
         Lengths of the arguments.
     vectors : tuple of bool
-        Whether each argument is a vector.
+        True for each argument that is a vector.
     results : tuple of int
         Number of elements of each result.
     """
@@ -95,27 +100,29 @@ def checked_arguments(
     Raises
     ------
     UsageError
-        There are too few or too many arguments, or one has another length.
+        There are too few or too many arguments, or the length of an argument is wrong.
     """
     if len(arguments) != len(shape.arguments):
         raise UsageError(
-            f"{shape.name} takes {len(shape.arguments)} arguments, not {len(arguments)}.",
+            f"{shape.name} takes {len(shape.arguments)} arguments, not {len(arguments)}. Give "
+            f"{', '.join(shape.arguments)}.",
             code="generated-code",
         )
     arrays = [_floats(values, shape, i) for i, values in enumerate(arguments)]
-    # Flags of the arguments that have a value for each sample.
-    own = [a.ndim == 2 or not vector for a, vector in zip(arrays, shape.vectors, strict=True)]
-    most = max((len(array) for array, each in zip(arrays, own, strict=True) if each), default=0)
-    samples = most or int(not any(own))
+    # True for the arguments that have a value for each sample.
+    varying = [a.ndim == 2 or not vector for a, vector in zip(arrays, shape.vectors, strict=True)]
+    sizes = [len(array) for array, varies in zip(arrays, varying, strict=True) if varies]
+    # The largest number of values; one sample if all arguments are vectors.
+    samples = max(sizes, default=0) or int(not any(varying))
     for i, array in enumerate(arrays):
-        wanted = samples if own[i] else shape.lengths[i]
+        wanted = samples if varying[i] else shape.lengths[i]
         if len(array) == wanted:
             continue
         if not shape.vectors[i] and len(array) == 1:
             arrays[i] = np.full(wanted, array[0])
         else:
             raise UsageError(
-                f"{shape.name}: {shape.arguments[i]} has {len(array)} values, not {wanted}.",
+                f"{shape.name}: {shape.arguments[i]} has {len(array)} values. Give {wanted}.",
                 code="generated-code",
             )
     return arrays, samples
@@ -124,28 +131,30 @@ def checked_arguments(
 def _floats(values: ArrayLike, shape: FunctionShape, index: int) -> Array:
     """Return an argument as a contiguous array of floats.
 
-    It is (N,) for a scalar, and (p,) or (N, p) for a vector.
+    The shape is (N,) for a scalar argument, and (p,) or (N, p) for a vector argument.
     """
     if not (type(values) is np.ndarray and values.dtype == np.float64):
         values = real_array(values, f"{shape.name}: {shape.arguments[index]}")
     elif values.ndim == 1 and values.flags.c_contiguous:
         return values
     array = np.ascontiguousarray(values)
-    # Only vectors with one row per sample keep their shape.
-    own = shape.vectors[index] and array.ndim == 2 and len(array) > 1
-    return array if own and array.shape[1] == shape.lengths[index] else array.ravel()
+    # Only a vector with one row per sample stays two-dimensional.
+    has_rows = shape.vectors[index] and array.ndim == 2 and len(array) > 1
+    if has_rows and array.shape[1] == shape.lengths[index]:
+        return array
+    return array.ravel()
 
 
-@lru_cache(maxsize=64)  # requested repeatedly for loops by gains and for laws
+@lru_cache(maxsize=64)  # the same text is requested repeatedly for loops and laws
 def execute(text: str, name: str) -> Mapping[str, Any]:
     """Return the CasADi functions that a generated ``functions.py`` defines, by name.
 
     Parameters
     ----------
     text : str
-        Text written by `axis_artefacts` in this process: every name in it was checked at
-        declaration, every number is a literal. Text from elsewhere must not be passed; it would
-        run.
+        Text that `axis_artefacts` wrote in this process. Names in it were checked when the axis was
+        declared, and numbers are literals. Text from another source must not be passed, because it
+        is executed.
     name : str
         Name of the axis, for tracebacks.
 

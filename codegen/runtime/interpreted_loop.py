@@ -1,12 +1,12 @@
-"""The closed loop over time in the CasADi virtual machine: `printers/loop` in Python.
+"""The closed loop over time in the CasADi virtual machine: the C code of `printers/loop` in Python.
 
-It is used if there is no compiler, and as an independent check of the native loop. Both perform the
-same steps, so that their results agree to rounding.
+This loop is used if there is no compiler, and as an independent check of the native loop. Both
+perform the same steps, so that their results agree to rounding.
 
 A *side* is the sign, -1 or 1, of a switching function: the acceleration has a kink or a jump where
 this function is 0. A *mode* is a friction direction together with all sides. The motion is smooth
-in one mode, and an *event* is a change of the mode: a velocity reversal, a change of a side, or
-leaving rest.
+in one mode. An *event* is a change of the mode: a velocity reversal, a change of a side, or leaving
+rest.
 """
 
 import math
@@ -29,17 +29,17 @@ from axisid.support.arrays import Array
 
 from .casadi_functions import held_count, is_continuous, recorded_count
 
-_MOST_EVENTS = (20, 4096)  # in a step, without sides and with sides; more is chatter (Zeno)
-_MOST_STEPS = 16384  # into which a step may be divided
-_MOST_REFINEMENTS = 60
-_JUST_LEFT = 1e-6  # of the time left in a sample
-_AT_START = RESOLVED * (1 + 1e-6)  # so that rounding does not decide for round numbers
-_CAUGHT = 1 / 1024  # of a step
+_MOST_EVENTS = (20, 4096)  # in a step, without and with sides; more are chatter (Zeno behaviour)
+_MOST_STEPS = 16384  # parts into which a step may be divided
+_MOST_REFINEMENTS = 60  # iterations of a search for the time of an event
+_JUST_LEFT = 1e-6  # of the time to be searched: shortest time after leaving rest
+_AT_START = RESOLVED * (1 + 1e-6)  # so that rounding has no effect on round numbers
+_CAUGHT = 1 / 1024  # of a step: time within which an axis that passes a kink would return to it
 _DONE, _OUT_OF_RANGE, _NOT_FINITE, _CHATTER, _UNRESOLVED = range(len(STATUSES))
 
 
 class _StoppedError(Exception):
-    """A simulation cannot continue; the argument is its status, an index into `STATUSES`."""
+    """A simulation cannot continue; the argument is the status, an index into `STATUSES`."""
 
 
 class Motion(NamedTuple):
@@ -50,10 +50,10 @@ class Motion(NamedTuple):
     q, dq : float
         Position and velocity.
     direction : float
-        Friction direction; strictly between -1 and 1 if the axis sticks.
+        Friction direction: -1 or 1, or strictly between them if the axis sticks.
     sides : tuple of float
-        For each kink or jump of the acceleration, the side on which the axis is: -1 or 1, or 0 if
-        the axis rests exactly at it.
+        Side of the axis at each kink or jump of the acceleration: -1 or 1, or 0 if the axis rests
+        exactly at the kink or jump.
     states : tuple of float
         Internal states of friction.
     """
@@ -66,11 +66,11 @@ class Motion(NamedTuple):
 
     @property
     def sticks(self) -> bool:
-        """Return whether the axis sticks."""
+        """Return True if the axis sticks."""
         return abs(self.direction) < 1
 
     def beside(self, index: int, side: float) -> "Motion":
-        """Return the same state on one side of kink or jump number `index` of the acceleration.
+        """Return the same state with `side` as the side of kink or jump number `index`.
 
         `side` is -1 or 1, or 0 for rest exactly at the kink or jump.
         """
@@ -93,17 +93,17 @@ class StepResult(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Switching functions, whose signs are the sides, and their rates of change.
+    """Values and derivatives of the switching functions, whose signs are the sides.
 
-    There is one entry for each side.
+    Each attribute has one entry for each side.
 
     Attributes
     ----------
     values : tuple of float
         Values of the switching functions.
     by_position, by_velocity, by_time : tuple of float
-        Derivatives with respect to position and velocity, and with respect to time by the recorded
-        signals.
+        Partial derivatives with respect to position, velocity and time; the recorded signals depend
+        on time.
     """
 
     values: tuple[float, ...]
@@ -113,19 +113,20 @@ class Places(NamedTuple):
 
 
 class BufferedFunction:
-    """A CasADi function whose arguments and results are in fixed arrays, without conversion.
+    """A CasADi function that reads its arguments from and writes its results into fixed arrays.
 
     Parameters
     ----------
     function : casadi.Function
     parameters : array
-        Its parameters, the same at every call; further values are ignored.
+        Value of the argument ``parameters``, the same at every call; further values are ignored.
 
     Attributes
     ----------
     arguments : dict of str to array
-        Arrays of the arguments, by name; their content stays from call to call.
+        Arrays of the arguments, by name; they keep their values from call to call.
     results : list of array
+        Arrays of the results, which the next call overwrites.
     """
 
     def __init__(self, function: Any, parameters: Array) -> None:
@@ -141,7 +142,7 @@ class BufferedFunction:
         taken[:] = parameters[: len(taken)]
 
     def __call__(self, values: Mapping[str, Any]) -> list[Array]:
-        """Return the arrays of the results, after setting the given arguments by name."""
+        """Set the given arguments by name, evaluate the function, and return its result arrays."""
         for name, array in self.arguments.items():
             if name in values:
                 array[:] = values[name]
@@ -178,13 +179,13 @@ class VirtualLoop:
         own = functions["plant_step"].size1_in("parameters")
         self._gains = () if own == len(parameters) else (parameters[own:],)
         self._law_start = functions["control_start"]
-        #: Values held between samples, the last being value and rate of each recorded signal.
+        #: Values that are held between samples; last are value and rate of each recorded signal.
         self._held = np.zeros(functions["held_acceleration"].size1_in("held"))
         self._recorded = recorded_count(functions)
         self._continuous = is_continuous(functions)
         arguments = self._functions["switching"].arguments if "switching" in functions else {}
         self._sides = len(arguments.get("sides", ()))
-        # Whether recorded signals move the places in which sides change.
+        # True if recorded signals change the positions of kinks and jumps.
         self._moving = "held" in arguments
         self._start_states: tuple[float, ...] = ()
         self._limits = range(0)  # the sides that belong to states' limits
@@ -193,11 +194,11 @@ class VirtualLoop:
             self._start_states = tuple(start.full().ravel().tolist())
             self._limits = range(int(first), self._sides)
         self._response = functions.get("drive_response")
-        # Whether the force moves to another one, which is held too.
+        # True if the force moves to a final value (or follows a control), which is held too.
         self._lagged = held_count(functions) == len(("tau", "target"))
-        # Whether the held values change between samples, so that an axis may leave rest there.
+        # True if held values change between samples, so that an axis may leave rest there.
         self._drifts = self._continuous or self._lagged or self._recorded > 0
-        # Part of a sample after which the last command begins to act; 0 at the sample.
+        # Part of a sample after which the last command begins to act; 0 if at the sample.
         self._until = 0.0 if self._response is None else float(self._response(0.0, 0.0, 1.0)[1])
         step = self._functions["closed_loop_step"].arguments["step"]
         step[0] = settings.period * (self._until or 1.0)
@@ -214,7 +215,7 @@ class VirtualLoop:
         """Return status, last sample and signals of one simulation, as `NativeLibrary.simulate`.
 
         At each sample the distance from the reference is checked, the law is evaluated with the
-        measured position, and the axis moves to the next sample.
+        measured position, and the motion is advanced to the next sample.
         """
         samples, settings = len(reference), self._settings
         self._left = max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
@@ -264,7 +265,11 @@ class VirtualLoop:
     def _later(
         self, q: float, dq: float, held: Array, span: float, step: float
     ) -> tuple[float, float, float]:
-        """Return position, velocity and direction `span` seconds later; NaN if this fails."""
+        """Return position, velocity and direction `span` seconds later; NaN if this fails.
+
+        `held` has the force, and value and rate of each recorded signal. No step is longer than
+        `step`.
+        """
         at = self._first(q, dq, held[1:])
         self._hold((held[0],), held[1:])
         self._left = STEPS_IN_ALL
@@ -279,8 +284,8 @@ class VirtualLoop:
     def _first(self, q: float, dq: float, recorded: Array) -> Motion:
         """Return the state at the start of a simulation.
 
-        `recorded` has value and rate of each recorded signal. The sides follow from the switching
-        functions.
+        `recorded` has value and rate of each recorded signal at the start. The sides follow from
+        the switching functions.
         """
         at = Motion(q, dq, float(np.sign(dq)), (0.0,) * self._sides, self._start_states)
         if self._moving:
@@ -300,8 +305,8 @@ class VirtualLoop:
     ) -> tuple[Motion, tuple[float, float, float, float]]:
         """Return the state at the next sample, and the loop's signals at this one.
 
-        If the sign of the velocity stays the same, one compiled step is enough. Otherwise the force
-        is held, and the motion is advanced from event to event.
+        If the velocity keeps its sign, one compiled step is enough. Otherwise the held values are
+        stored, and the motion is advanced from event to event.
 
         Parameters
         ----------
@@ -331,12 +336,12 @@ class VirtualLoop:
         )
         moved = _moved(at, q, dq, ddq, last, *states)
         force, control = float(tau[0]), float(command[0])
-        # It is accepted if the velocity cannot have changed its sign in between.
+        # Accept the step if the velocity cannot have changed its sign within it.
         bends = moved.first * direction < 0 < moved.last * direction
         several = substeps > 1 or self._until or self._sides
         if direction and moved.end.dq * direction >= 0 and not (bends or several):
             return moved.end, (moved.first, force, control, direction)
-        # Otherwise store the values that are held until the next sample. `oldest` is the place of
+        # Otherwise store the values that are held until the next sample. `oldest` is the index of
         # the oldest command in the drive's memory.
         oldest = -1 - self._lagged
         if self._continuous:
@@ -358,16 +363,17 @@ class VirtualLoop:
         period, until = self._settings.period, self._until * self._settings.period
         parts = (until, period - until) if until else (period,)
         for i, step in enumerate(part / substeps for part in parts for _ in range(substeps)):
-            if i == substeps:  # the force of another command acts, or the present one moves to it
+            if i == substeps:  # from here the next command acts, or the force moves to its force
                 self._held[int(self._lagged)] = memory[oldest]
             at = self._advance(self._chosen_at_rest(at) if i and at.dq == 0 else at, step)
         return at, row
 
     def _advance(self, at: Motion, whole: float) -> Motion:
-        """Return the state after `whole` seconds, stepping from event to event.
+        """Return the state after `whole` seconds, advanced from event to event.
 
-        A sliding axis takes the longest step that its rates permit, a sticking one waits until it
-        breaks away. The step ends at the first event in it, where the new mode is chosen.
+        A sliding axis takes the longest step that its rates permit; a sticking axis waits until it
+        breaks away. The step is shortened to the first event in it, and the new mode is chosen
+        there.
         """
         left, event = whole, 0
         while event < _MOST_EVENTS[self._sides > 0]:
@@ -380,7 +386,7 @@ class VirtualLoop:
             self._pass_time(span)
             left -= span
             event += at.sticks or changed is not None
-            # Choose the mode in which the motion goes on.
+            # Choose the mode in which the motion continues.
             end = at if at.sticks else step.end
             if at.sticks:
                 if changed:
@@ -393,7 +399,7 @@ class VirtualLoop:
             elif changed == 0:
                 end = self._chosen_at_rest(end)
                 if at.dq == 0 and at.q == end.q and at.direction == end.direction:
-                    # It reversed before its position changed: its motion is rounding.
+                    # The velocity reversed before the position changed: this is rounding error.
                     self._pass_time(left)
                     return end._replace(direction=STUCK * end.direction)
             if left <= 0 and not at.sticks:
@@ -402,9 +408,10 @@ class VirtualLoop:
         raise _StoppedError(_CHATTER)
 
     def _attempt(self, at: Motion, span: float, whole: float) -> tuple[float, StepResult]:
-        """Return the length of a step, `span` s at most, and the step.
+        """Return the length of a step, at most `span` s, and the step.
 
         The step is shortened until its length times the rate of the motion is small at both ends.
+        Without sides the full step is taken.
 
         Parameters
         ----------
@@ -412,7 +419,7 @@ class VirtualLoop:
         span : float
             Longest step, s.
         whole : float
-            Time to be advanced in all, s, which limits how short steps may become.
+            Total time to be advanced, s. It limits how short the steps may become.
         """
         if not self._sides:
             return span, self._move(at, span)
@@ -436,10 +443,10 @@ class VirtualLoop:
     def _margins(
         self, at: Motion, acceleration: float, after: float = 0.0
     ) -> tuple[list[float], list[float]]:
-        """Return how far velocity and sides are from an event, and the rates of these distances.
+        """Return the distance of velocity and switching functions from an event, and its rates.
 
-        The first entry is for the velocity's sign, the others are for the sides. A negative
-        distance means that the event has happened.
+        The first entry of each list is for the velocity, the others are for the sides. The distance
+        is a value times its present sign; a negative distance means that the event has happened.
 
         Parameters
         ----------
@@ -457,12 +464,12 @@ class VirtualLoop:
     def _changed(
         self, at: Motion, span: float, step: StepResult
     ) -> tuple[int | None, float, StepResult]:
-        """Return the first event in a step, the time until it, and the step up to it.
+        """Return the first event in a step, the time until the event, and the step up to it.
 
         The event is 0 for a velocity reversal, i + 1 for side number i, and None without an event;
         the step is then unchanged. An event is in the step if its distance (`_margins`) is negative
-        at the end, or where it is smallest in between. The step is then shortened to it, and the
-        other events are searched in the shorter step.
+        at the end of the step, or at an estimate of its minimum within the step. The step is then
+        shortened to the event, and the remaining events are searched in the shorter step.
         """
         if not (math.isfinite(step.end.q) and math.isfinite(step.end.dq)):
             raise _StoppedError(_NOT_FINITE)
@@ -471,8 +478,8 @@ class VirtualLoop:
         margins, lasts = self._margins(step.end, step.last, span)
         for i, first in enumerate(firsts):
             high = span
-            if margins[i] >= 0:  # it may have been beyond in between
-                # From rest it leaves in its direction, even if rounding changes the first slope.
+            if margins[i] >= 0:  # the distance may have been negative within the step
+                # An axis leaves rest in its direction, even if rounding changes the first slope.
                 if not first < 0 < lasts[i] or not (i or at.dq):
                     continue
                 high = span * (first / (first - lasts[i]))
@@ -499,7 +506,7 @@ class VirtualLoop:
             A time at which the event has happened, s.
         """
         low = 0.0
-        if not (index or at.dq):  # just left rest: it crosses zero again only after some time
+        if not (index or at.dq):  # the axis just left rest; the velocity 0 at the start is no event
             low = high * _JUST_LEFT
             if self._move(at, low).end.dq * at.direction <= 0:
                 return low
@@ -520,13 +527,13 @@ class VirtualLoop:
     def _passed(self, index: int, at: Motion, whole: float) -> Motion:
         """Return the state after side number `index` has changed.
 
-        The side is reversed. If the acceleration would drive the axis back at once, from either
-        side, the axis comes to rest there.
+        The side is reversed. If the acceleration points back to the kink or jump on both sides, and
+        the axis is slow, the axis comes to rest exactly there.
         """
         at = self._beyond(at.beside(index, -at.sides[index]), index + 1)
-        # An axis is held at a place that it passes if its acceleration points to the place on both
-        # sides, because it would return and pass again, ever sooner. If friction would hold it on
-        # each side too, it comes to rest without this rule; and nothing rests at a moving place.
+        # If the acceleration points to the kink or jump on both sides, the axis would return and
+        # pass again, each time sooner. If friction would also hold the axis on each side, the axis
+        # comes to rest without this rule. At a kink or jump that moves, the axis cannot rest.
         if not self._places(at).by_time[index]:
             forward, backward = self._leaving(at.beside(index, 0.0))
             if 2 * abs(at.dq) < _CAUGHT * whole * min(backward, -forward) and any(
@@ -536,7 +543,7 @@ class VirtualLoop:
         return self._chosen_at_rest(at) if at.dq == 0 else at
 
     def _breakaway(self, at: Motion, left: float) -> float:
-        """Return the time after which a sticking axis leaves rest, `left` s at most."""
+        """Return the time after which a sticking axis leaves rest, at most `left` s."""
         if not self._drifts or self._sticks_after(at, left):
             return left
         low, high = 0.0, left
@@ -546,7 +553,7 @@ class VirtualLoop:
         return high
 
     def _sticks_after(self, at: Motion, span: float) -> bool:
-        """Return whether an axis at rest still sticks `span` seconds later."""
+        """Return True if an axis at rest still sticks `span` seconds later."""
         held = self._held.copy()
         self._pass_time(span)
         sticks = self._at_rest(at).sticks
@@ -559,7 +566,8 @@ class VirtualLoop:
         Parameters
         ----------
         first : tuple of float
-            The force, or the reference and the other inputs of a continuous law.
+            The force and its final value or control if there is one; for a continuous law its
+            inputs.
         recorded : array
             Value and rate of each recorded signal.
         """
@@ -582,7 +590,10 @@ class VirtualLoop:
             lines[::2] += lines[1::2] * span
 
     def _move(self, at: Motion, span: float) -> StepResult:
-        """Return one compiled step of `span` seconds in the present mode."""
+        """Return a compiled step of `span` seconds in the present mode.
+
+        If recorded signals move kinks, a sticking axis stays where it is.
+        """
         if self._moving and at.sticks:
             return StepResult(at, 0.0, 0.0)
         return _moved(at, *self._call("plant_step", at, step=span))
@@ -592,7 +603,7 @@ class VirtualLoop:
         return float(self._call("plant_rate", at)[0][0])
 
     def _places(self, at: Motion, after: float = 0.0) -> Places:
-        """Return the switching functions and their rates, `after` seconds later by the signals."""
+        """Return the switching functions at a state, with recorded signals `after` s later."""
         if not self._sides:
             return Places((), (), (), ())
         found = self._call("switching", at, step=after)
@@ -600,9 +611,9 @@ class VirtualLoop:
         return Places(values, by_position, by_velocity, (*by_time, (0.0,) * self._sides)[0])
 
     def _shifted(self, at: Motion, recorded: Array) -> Motion:
-        """Return the state at a sample at which recorded signals get new values and rates.
+        """Return the state at a sample, after the recorded signals got new values and rates.
 
-        A side changes if a signal has moved its kink or jump past the axis.
+        A side changes if a signal has moved the kink or jump past the axis.
         """
         before = self._places(at)
         self._held[-self._recorded :] = recorded
@@ -624,8 +635,8 @@ class VirtualLoop:
     def _at_rest(self, at: Motion) -> Motion:
         """Return the state at rest with its friction direction.
 
-        The direction is 1 or -1 if the axis leaves rest. If it sticks, the direction is between
-        them: the one with which the acceleration is 0.
+        The direction is 1 or -1 if the axis leaves rest. If the axis sticks, the direction is the
+        value between -1 and 1 with which the acceleration is 0.
         """
         forward, backward = self._leaving(at)
         if forward > 0:
@@ -637,14 +648,14 @@ class VirtualLoop:
         return at._replace(direction=STUCK if share >= 1 else -STUCK if share <= -1 else share)
 
     def _chosen_at_rest(self, at: Motion) -> Motion:
-        """Return the state of an axis at rest with the mode in which it goes on."""
+        """Return the state of an axis at rest with the mode in which its motion continues."""
         at = self._at_rest(at)
         return self._slipping(at if at.sticks else self._ahead(at, at.direction))
 
     def _slipping(self, at: Motion) -> Motion:
-        """Return the state with the sides of the states' limits.
+        """Return the state with the sides of the limits of internal states.
 
-        An internal state at its limit slips (side -1) if the motion drives it outwards.
+        An internal state at its limit slips (side -1) if the motion drives the state outwards.
         """
         if self._limits:
             found = self._places(at._replace(dq=0.0))
@@ -656,7 +667,7 @@ class VirtualLoop:
     def _ahead(self, at: Motion, direction: float) -> Motion:
         """Return the state of an axis that leaves rest in a direction.
 
-        If it rests exactly at a kink or jump, the side is the one that it moves to.
+        If the axis rests exactly at a kink or jump, its side becomes the side that it moves to.
         """
         at = at._replace(dq=0.0, direction=direction)
         if all(at.sides):
@@ -675,13 +686,13 @@ class VirtualLoop:
         """
         for i in range(first, self._sides - len(self._limits)):
             found = self._places(at)
-            # A side whose place is the start leaves it by the motion.
+            # At a kink or jump exactly at the start, the side follows from the motion.
             side = found.values[i] or at.sides[i] or found.by_position[i] * at.dq
             at = at.beside(i, float(np.sign(side)))
         return at
 
     def _call(self, name: str, at: Motion, **others: Any) -> list[Array]:
-        """Return the results of a compiled function at a state, with further arguments by name."""
+        """Return the results of a function at a state, with further arguments by name."""
         motion = {self._q: at.q, self._dq: at.dq, "held": self._held, "direction": at.direction}
         return self._functions[name]({**motion, "sides": at.sides, "states": at.states, **others})
 

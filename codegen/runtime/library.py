@@ -1,6 +1,6 @@
 """A loaded library and its functions, called with NumPy arrays.
 
-Long calls are divided into parts or can be stopped, so that Ctrl-C acts at once.
+Long calls are divided into parts, or can be stopped, so that Ctrl-C is handled at once.
 """
 
 import ctypes
@@ -20,16 +20,16 @@ from axisid.support.arrays import Array
 
 from .casadi_functions import FunctionShape, checked_arguments
 
-_PART = 65_536  # samples at which any function is evaluated within a tenth of a second
-_WAIT = 0.05  # s
-#: Steps of a loop that end quickly on any machine, so that threads do not pay off.
+_PART = 65_536  # samples; any function is evaluated at so many within a tenth of a second
+_WAIT = 0.05  # s between looks at whether a thread has ended
+#: Steps of a loop that is too short for threads to be useful, on any machine.
 _FEW_STEPS = 50_000
 
 
 def slices(samples: int) -> Iterator[slice]:
-    """Return slices of at most 65,536 samples.
+    """Yield consecutive slices of at most 65,536 samples.
 
-    Between them the signals of the operating system, such as Ctrl-C, are handled.
+    Between the calls for two slices, signals of the operating system such as Ctrl-C are handled.
     """
     for begin in range(0, samples, _PART):
         yield slice(begin, min(begin + _PART, samples))
@@ -41,7 +41,8 @@ def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) ->
     Parameters
     ----------
     runs : sequence of callable
-        Each takes a flag, (1,), and ends soon after the flag is no longer 0.
+        Function that runs a loop. Its argument is a flag, (1,); it ends soon after the flag is no
+        longer 0.
     steps : int
         Number of steps of all runs together.
 
@@ -53,14 +54,15 @@ def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) ->
     stop = np.zeros(1, dtype=np.int32)
     if len(runs) == 1 and steps <= _FEW_STEPS:
         return [runs[0](stop)]
-    # Each loop has its own thread; this one waits where Ctrl-C reaches it. An interrupt may come
-    # between any two steps of Python. If a lock that both threads take were held then, as in a
-    # pool's futures, the other would wait for it forever: here only one thread ever takes it.
+    # Each loop has its own thread; this thread waits, so that Ctrl-C can interrupt it. An interrupt
+    # may come between any two steps of Python. If it came while this thread held a lock that
+    # another thread needs, as in the futures of a pool, the other thread would wait forever. Here
+    # the other threads only release locks.
     results, errors = [0] * len(runs), list[BaseException]()
     ended = [allocate_lock() for _ in runs]
 
     def work(i: int) -> None:
-        """Run loop number i, and store its value; an error ends all loops."""
+        """Run loop number i and store its value; an error stops all loops."""
         try:
             results[i] = runs[i](stop)
         except BaseException as error:  # raised below
@@ -74,11 +76,11 @@ def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) ->
             lock.acquire()
             start_new_thread(work, (i,))
         for lock in ended:
-            # Short waits: a signal that another thread gets does not wake this one.
+            # Short waits, because a signal that another thread receives does not end a wait.
             while not lock.acquire(timeout=_WAIT):
                 pass
     except BaseException:
-        stop[0] = 1  # running calls hold all memory that they write to, and end soon
+        stop[0] = 1  # the loops end soon; until then they keep the memory that they write to
         raise
     if errors:
         raise errors[0]
@@ -91,14 +93,14 @@ class LoadedLibrary:
     Parameters
     ----------
     path : Path
-        Loading executes the library, so it must come from the cache.
+        Path of the library. Loading executes code, so the library must come from the cache.
     having : str
-        A function that it must contain.
+        A function that the library must contain.
 
     Raises
     ------
     OSError
-        It does not load, or is not the library of an axis.
+        The library does not load, or does not contain the function.
     """
 
     def __init__(self, path: Path, having: str = "direct_dynamics_rows") -> None:
@@ -109,20 +111,20 @@ class LoadedLibrary:
             raise OSError(f"{path} is not the library of an axis")
 
     def __call__(self, function: str, *arguments: int | float | NDArray[Any] | None) -> int:
-        """Return the status of a C function, called without the interpreter's lock."""
+        """Call a C function without the interpreter's lock, and return its status."""
         call = self._typed.get(function)
         if call is None:
-            # A new object each time, with its own types: a given place always has the same type.
+            # A new object, whose argument types follow from this call: they are always the same.
             call = self._library[function]
             call.argtypes = [_type_in_c(each) for each in arguments]
-            self._typed[function] = call  # now typed: another thread may call it
+            self._typed[function] = call  # stored after the types, because other threads use it
         given = [each.ctypes.data if isinstance(each, np.ndarray) else each for each in arguments]
         return int(call(*given))
 
     def memory(self, size: int, most: int | None = None) -> Array:
-        """Return workspace of at least `size` floats; each thread has its own.
+        """Return a workspace of at least `size` floats, which belongs to the calling thread.
 
-        It is kept for the next call unless it has more than `most` floats.
+        The workspace is kept for the next call if `size` is at most `most`; None means always.
         """
         kept: Array | None = getattr(self._own, "memory", None)
         if kept is None or len(kept) < size:
@@ -132,7 +134,7 @@ class LoadedLibrary:
         return kept
 
     def has(self, function: str) -> bool:
-        """Return whether the library can evaluate a function at many samples."""
+        """Return True if the library can evaluate a function at many samples."""
         return hasattr(self._library, f"{function}_rows")
 
 
@@ -144,9 +146,9 @@ class NativeLibrary(LoadedLibrary):
     path : Path
         Path of the library.
     functions : mapping of str to casadi.Function
-        The same functions in the virtual machine; their shapes are the library's.
+        The same functions in the virtual machine, by name; they give the shapes of the arguments.
     gains : (g,) array, optional
-        Gains of the law, for functions that take them; the time loop takes them after the
+        Gains of the law, for functions with gains as an argument; in the time loop they follow the
         parameters.
     """
 
@@ -164,7 +166,8 @@ class NativeLibrary(LoadedLibrary):
     def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Return the results of a function at N samples: one (N, elements) array per output.
 
-        A vector argument is the same for every sample, (p,), or has one row per sample, (N, p).
+        A scalar argument has one value per sample, (N,). A vector argument is the same for every
+        sample, (p,), or has one row per sample, (N, p).
         """
         shape = self._shapes[function]
         if self._gains is not None and function in self._by_gains:
@@ -186,9 +189,9 @@ class NativeLibrary(LoadedLibrary):
         """Return accelerations (B, 4) and rates (B, 2) at rest, for checks at the start of loops.
 
         The accelerations are those under a force of 1, under no force, and under no force with
-        friction that acts as in forward and as in backward motion. The rates are those of damping
-        and stiffness in backward and forward direction, 1/s; they are 0 if the loop itself computes
-        them during the run.
+        friction as in forward and as in backward motion. The rates of damping and stiffness are for
+        the backward and the forward direction, 1/s; they are 0 if the loop computes rates during
+        the run.
 
         Parameters
         ----------
@@ -215,16 +218,16 @@ class NativeLibrary(LoadedLibrary):
     def later(
         self, motion: tuple[Array, Array], held: Array, span: Array, step: float, parameters: Array
     ) -> tuple[Array, Array, Array]:
-        """Return motions some time after a law was evaluated, before it is evaluated again.
+        """Return motions some time after an evaluation of the law, with the force that it holds.
 
         Parameters
         ----------
         motion : tuple of (n,) array
             Positions and velocities at the evaluations, contiguous.
         held : (n, h) array
-            The force since then, and value and rate of each recorded signal; contiguous.
+            The force since the evaluation, and value and rate of each recorded signal; contiguous.
         span : (n,) array
-            Times since then, s, contiguous.
+            Times since the evaluation, s, contiguous.
         step : float
             Longest step of the integration, s.
         parameters : (p,) array
@@ -271,7 +274,8 @@ class NativeLibrary(LoadedLibrary):
         stopped : int
             The sample at which the simulation ended.
         signals : dict of str to (N,) array
-            Signals by name; without values from `stopped` on, unless the simulation is complete.
+            Signals by name. Unless the simulation is complete, values from `stopped` on are
+            undefined.
         """
         signals = np.empty((len(SIGNALS), len(reference)))
         stopped = np.zeros(1, dtype=np.int64)
@@ -312,7 +316,7 @@ class NativeLibrary(LoadedLibrary):
         threads: int,
         recorded: Array | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
-        """Return status, last sample and signals of B simulations, computed side by side in lanes.
+        """Return status, last sample and signals of B simulations, one in each lane.
 
         Parameters
         ----------
@@ -326,7 +330,7 @@ class NativeLibrary(LoadedLibrary):
             One start for each lane, in contiguous arrays.
         settings : LoopSettings
         wanted : sequence of str
-            Names of the `SIGNALS` to return; the others take no memory.
+            Names of the `SIGNALS` to return; other signals take no memory.
         threads : int
             Number of threads that share the lanes.
         recorded : (N, 2 s) or (N, 2 s, B) array or None
@@ -353,7 +357,7 @@ class NativeLibrary(LoadedLibrary):
         edges = [BLOCK * (blocks * i // threads) for i in range(threads)] + [lanes]
 
         def run(first: int, last: int, stop: NDArray[np.int32]) -> int:
-            """Simulate the lanes from `first` to before `last`; ends soon after `stop` is set."""
+            """Simulate lanes `first` to `last` - 1; end soon after `stop` is set."""
             return self(
                 "simulate_batch",
                 samples,
@@ -401,10 +405,11 @@ def _type_in_c(argument: int | float | NDArray[Any] | None) -> Any:
 
 
 def _strided(signal: Array | None, first: int, axes: int = 1) -> tuple[Array | int | None, ...]:
-    """Return a signal from lane `first` on, followed by its strides, in values.
+    """Return a signal from lane `first` on, followed by its strides as numbers of values.
 
-    The strides are over the signals for recorded signals, over time, and over lanes; the last is 0
-    if all lanes share one signal. Without a signal all are 0.
+    The strides are, for recorded signals, the stride over signals; then the strides over time and
+    over lanes. The stride over lanes is 0 if all lanes share the signal. Without a signal the
+    result is (None, 0, 0).
 
     Parameters
     ----------

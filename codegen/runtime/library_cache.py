@@ -1,11 +1,12 @@
 """Compiled libraries on disk: built once by the system's compiler, checked before they are loaded.
 
-A library is named by the content from which it is made, so that an edited axis never uses old code.
-It is built in a private folder, tried, and moved into place whole; its digest is stored next to it
-and compared before the library is loaded. Only a library that passed its trial gets a digest.
+The name of a library is a hash of the text from which it is made, so that an edited axis never uses
+old code. A library is built in a private folder, tested, and moved to its final path as a whole.
+Its digest is stored next to it and compared before the library is loaded. Only a library that
+passed its test gets a digest.
 
-Zig's compiler is used if there is no other. Flags keep IEEE semantics: no contraction to fused
-operations and no fast-math, so that native results are those of the CasADi virtual machine to
+Zig's compiler is used if there is no other compiler. The flags keep IEEE semantics (no fused
+operations, no fast-math), so that native results and results of the CasADi virtual machine agree to
 rounding.
 """
 
@@ -42,12 +43,12 @@ FLAGS = (
     "-fPIC",
     "-shared",
 )
-_SECONDS = 120.0
-_MOST_OUTPUT = 100_000
+_SECONDS = 120.0  # longest time for a compilation
+_MOST_OUTPUT = 100_000  # bytes of the compiler's output that are read
 
 
 class NativeUnavailableError(Exception):
-    """Native code is unavailable, for the reason in the message; the virtual machine is used."""
+    """Native code is unavailable, for the reason in the message, so the virtual machine is used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,15 +67,15 @@ class Compiler:
     identity: str
 
     def compile(self, source: Path, target: Path, seconds: float = _SECONDS) -> None:
-        """Compile one file into a shared library, both in one folder.
+        """Compile a C file into a shared library in the same folder.
 
         Raises
         ------
         NativeUnavailableError
-            The compiler fails or hangs; the processes that it started are ended.
+            The compiler fails, or takes longer than `seconds`; its processes are then killed.
         """
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
-        # Not into a pipe, which processes started by the compiler may hold open beyond its end.
+        # Output to a file: a pipe could be kept open by processes that the compiler started.
         with source.with_name("output").open("w+b") as output:
             process = subprocess.Popen(  # noqa: S603
                 command,
@@ -83,7 +84,7 @@ class Compiler:
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=output,
-                start_new_session=True,  # Ctrl-C is handled by this process
+                start_new_session=True,  # so that only this process gets Ctrl-C
             )
             try:
                 code = process.wait(seconds)
@@ -91,28 +92,29 @@ class Compiler:
                 raise NativeUnavailableError(
                     f"{command[0]} did not finish within {seconds:g} s"
                 ) from None
-            finally:  # processes that it started end with it
+            finally:  # kill the processes that the compiler started, too
                 with contextlib.suppress(ProcessLookupError, PermissionError):
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
             output.seek(0)
-            said = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
+            lines = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
         if code != 0 or not target.is_file():
-            telling = [line for line in said if "error" in line] or said[-1:]
-            reason = telling[0] if telling else f"exit code {code}"
+            # The first line with an error, otherwise the last line.
+            errors = [line for line in lines if "error" in line] or lines[-1:]
+            reason = errors[0] if errors else f"exit code {code}"
             raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
 
 
 def find_compiler() -> Compiler:
-    """Return ``$CC``, a compiler on the path, or Zig's (the extra ``native``).
+    """Return ``$CC``, a compiler on the path, or Zig's compiler (the extra ``native``).
 
     Raises
     ------
     NativeUnavailableError
-        There is no compiler, or the system cannot try a library.
+        There is no compiler, or the system is not a POSIX system.
     """
     if not hasattr(os, "getuid"):
-        raise NativeUnavailableError("it needs a POSIX system, such as Linux or macOS")
+        raise NativeUnavailableError("native code needs a POSIX system, such as Linux or macOS")
     requested = os.environ.get("CC")
     for name in [requested] if requested else ["cc", "gcc", "clang"]:
         try:
@@ -136,7 +138,7 @@ def find_compiler() -> Compiler:
 
 
 def _identity(executable: Path) -> str:
-    """Return text on a compiler's file and on the processor that changes when either does."""
+    """Return a text that changes when the file of a compiler or the processor changes."""
     real = executable.resolve()
     status = real.stat()
     processor = platform.processor()  # the processor features on which -march=native depends
@@ -147,26 +149,27 @@ def _identity(executable: Path) -> str:
     return f"{real} {status.st_size} {status.st_mtime_ns} {platform.machine()} {processor}"
 
 
-_LOCK_SECONDS = 300.0
-_LOAD_SECONDS = 60.0
-_OLD_SECONDS = 3600.0
+_LOCK_SECONDS = 300.0  # longest wait for another process that builds the same library
+_LOAD_SECONDS = 60.0  # longest time to load a library for its test
+_OLD_SECONDS = 3600.0  # age of a folder of an interrupted build that is deleted
 
 
 def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None) -> Path:
-    """Return the path of the library compiled from a C text, building it if need be.
+    """Return the path of the library compiled from a C text; build it if it is not in the cache.
 
     Parameters
     ----------
     text : str
         C11 source.
     check : callable
-        Function that refuses a wrong, freshly built library at a path.
+        Function that is called with the path of a library after it is built. It raises an error if
+        the library is wrong.
 
     Raises
     ------
     NativeUnavailableError
-        There is no compiler, it fails or hangs, the library does not load or is refused, or the
-        cache cannot be written to.
+        There is no compiler, the compiler fails or hangs, the library does not load or is refused,
+        or the cache cannot be written to.
     """
     compiler = find_compiler()
     name = _name(text, compiler)
@@ -176,13 +179,15 @@ def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None
             return folder / name
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not _is_private(folder):
-            raise PermissionError(errno.EPERM, "others can write to it", str(folder))
+            raise PermissionError(errno.EPERM, "other users can write to it", str(folder))
         with FileLock(folder / f"{name}.lock", timeout=_LOCK_SECONDS):
             if not _is_intact(folder / name):
                 _build(text, compiler, folder / name, check)
         return folder / name
     except Timeout as error:
-        raise NativeUnavailableError(f"another process holds {error.lock_file}") from error
+        raise NativeUnavailableError(
+            f"another process has locked {error.lock_file} for {_LOCK_SECONDS:g} s"
+        ) from error
     except (OSError, RuntimeError) as error:
         raise NativeUnavailableError(
             f"{error} (choose another folder with AXISID_CACHE)"
@@ -190,8 +195,9 @@ def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None
 
 
 def cached_library(text: str) -> Path | None:
-    """Return the path of the library of a C text if it is in the cache and intact, else None."""
-    with contextlib.suppress(NativeUnavailableError, OSError, RuntimeError):  # as without home
+    """Return the path of the library of a C text; None if it is not in the cache or not intact."""
+    # RuntimeError: the user has no home folder.
+    with contextlib.suppress(NativeUnavailableError, OSError, RuntimeError):
         library = _folder() / _name(text, find_compiler())
         if _is_private(library.parent) and _is_intact(library):
             return library
@@ -199,19 +205,19 @@ def cached_library(text: str) -> Path | None:
 
 
 def _name(text: str, compiler: Compiler) -> str:
-    """Return the file name of a library, from the C text, the flags and the compiler."""
+    """Return the file name of a library: a hash of the C text, the flags and the compiler."""
     content = "\0".join([text, *FLAGS, *compiler.command, compiler.identity])
     return f"{hashlib.sha256(content.encode(errors='backslashreplace')).hexdigest()}.so"
 
 
 def _folder() -> Path:
-    """Return the folder of compiled libraries: ``$AXISID_CACHE`` or one in the user's cache."""
+    """Return the folder of compiled libraries: ``$AXISID_CACHE``, or one in the user's cache."""
     requested = os.environ.get("AXISID_CACHE")
     return Path(requested).absolute() if requested else user_cache_path("axisid") / "native"
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether only this user can write into a folder."""
+    """Return True if only this user can write into a folder."""
     try:
         status = folder.stat()
     except OSError:
@@ -221,7 +227,7 @@ def _is_private(folder: Path) -> bool:
 
 
 def _digest(library: Path, name: str) -> str:
-    """Return the digest of a library's content and its name.
+    """Return the SHA-256 of a library's content and name, as hexadecimal text.
 
     The name is included so that a library of another axis does not match.
     """
@@ -229,7 +235,7 @@ def _digest(library: Path, name: str) -> str:
 
 
 def _is_intact(library: Path) -> bool:
-    """Return whether a library exists and matches the digest that was stored after its trial."""
+    """Return True if a library exists and matches the digest that was stored after its test."""
     try:
         return read_regular(library.with_suffix(".sha256")).decode() == _digest(
             library, library.name
@@ -239,28 +245,27 @@ def _is_intact(library: Path) -> bool:
 
 
 def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path], object]) -> None:
-    """Compile a library, try it, and move it with its digest into place.
+    """Compile a library, test it, and move it with its digest to the final path.
 
-    All happens in a private folder next to the final path. The compiled file is loaded in another
-    process first, because a truncated one would end this process; then `check` compares its values.
+    The library is built in a private folder next to the final path. It is first loaded in another
+    process, because a truncated library would end this process. Then `check` is called.
 
     Raises
     ------
     NativeUnavailableError
         The compiler fails, or the library does not load or computes wrong values.
     """
-    # Left by builds that were killed together with the process that cleans up.
-    for left in library.parent.glob("build-*"):
+    # Delete the folders of builds whose process was killed.
+    for old in library.parent.glob("build-*"):
         with contextlib.suppress(OSError):
-            if time.time() - left.lstat().st_mtime >= _OLD_SECONDS:
-                shutil.rmtree(left, ignore_errors=True)
+            if time.time() - old.lstat().st_mtime >= _OLD_SECONDS:
+                shutil.rmtree(old, ignore_errors=True)
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
         folder = Path(name)
-        # A path that was loaded once always gives the old code.
+        # A new name, because a path that was already loaded would give the old code.
         source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
         compiler.compile(source, target)
-        # In another process, because a truncated library would end it.
         load = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
         command = [sys.executable, "-c", load, str(target)]
         try:

@@ -1,6 +1,6 @@
-"""Availability of an axis's native functions: compiled on demand and checked, or refused.
+"""Native functions of an axis: compiled on demand and checked, or unavailable for a reason.
 
-Arguments and results are memory that NumPy owns; a contiguous array of floats is not copied. Time
+Arguments and results are memory of NumPy arrays; a contiguous array of floats is not copied. Time
 is the first axis of every array, lanes (simulations of a batch) the second. Without native code,
 the CasADi virtual machine computes the same functions.
 """
@@ -21,8 +21,9 @@ from .batched_rows import LaneLibrary
 from .library import NativeLibrary
 from .library_cache import NativeUnavailableError, cached_library, compiled_library
 
-_PERIOD = 1e-3
-#: Tolerance: share of a size, or of the change due to a change of all arguments by `_LITTLE`.
+_PERIOD = 1e-3  # s; the step of the test point
+#: Tolerance of the check of values: `_ALLOWED` times (1 + size of the value), plus `_MAGNIFIED`
+#: times the change of the value if all arguments change by the factor 1 + `_LITTLE`.
 _ALLOWED, _LITTLE, _MAGNIFIED = 1e-9, 1e-15, 1e3
 
 
@@ -33,9 +34,9 @@ def check_values(library: NativeLibrary, functions: Mapping[str, Any], text: str
     ----------
     library : NativeLibrary
     functions : mapping of str to casadi.Function
-        The functions in the virtual machine.
+        The same functions in the virtual machine, by name.
     text : str
-        The C text, which shows which functions are compiled.
+        The C text; functions that are not in it are not checked.
 
     Raises
     ------
@@ -59,7 +60,7 @@ def check_values(library: NativeLibrary, functions: Mapping[str, Any], text: str
 
 
 def _point(function: Any) -> list[Array]:
-    """Return a test point of a function: arguments about 1, a step of about 1 ms, sides of 1."""
+    """Return the arguments of a function at a test point: about 1, steps about 1 ms, sides 1."""
     rng = np.random.default_rng(0)
     scales = {"step": _PERIOD, "sides": 0.0}
     names = function.name_in()
@@ -78,11 +79,11 @@ class Native:
     text : str
         C source.
     functions : mapping of str to casadi.Function
-        The same functions in the virtual machine.
+        The same functions in the virtual machine, by name.
     enabled : bool
-        Whether native code may be used; otherwise the virtual machine computes everything.
+        True if native code may be used; otherwise the virtual machine computes everything.
     gains : (g,) array, optional
-        Gains of the law, for functions that take them; the time loop takes them after the
+        Gains of the law, for functions with gains as an argument; in the time loop they follow the
         parameters.
 
     Attributes
@@ -91,7 +92,7 @@ class Native:
     text : str
         The C source, with the time loop that it includes.
     refusal : str
-        Reason why there is no library; empty if none is known.
+        Reason why native code is unavailable; empty as long as no reason is known.
     """
 
     def __init__(
@@ -111,7 +112,7 @@ class Native:
         #: The C source, with the time loop that it includes.
         self.text = with_loop_header(text)
         self._functions = functions
-        #: Reason why there is no library, once it is known.
+        #: Reason why native code is unavailable, once it is known.
         self.refusal = "" if enabled else "it was switched off"
         self._library: NativeLibrary | None = None
         self._to_warn = enabled
@@ -139,7 +140,7 @@ class Native:
         try:
             fresh = NativeLibrary(path, self._functions)
         except OSError as error:
-            # Other errors of this kind are due to the cache folder, and advise another folder.
+            # An OSError would be taken for an error of the cache folder, with another instruction.
             raise NativeUnavailableError(
                 f"the compiled library cannot be loaded: {error}"
             ) from error
@@ -147,9 +148,9 @@ class Native:
 
     @cached_property
     def lanes(self) -> LaneLibrary | None:
-        """Return the compiled functions for the regression rows of many simulations side by side.
+        """Compiled functions for the regression rows of many simulations side by side.
 
-        None if they are unavailable. They exist only for an axis without recorded signals.
+        None if they are unavailable, or if the axis has recorded signals.
         """
         if self._functions["idm_regressor"].n_in() != _MOTION or self.library() is None:
             return None
@@ -163,7 +164,7 @@ class Native:
         return None
 
     def warn_once(self) -> None:
-        """Warn that the virtual machine runs instead of native code, with the reason, only once."""
+        """Warn once that the virtual machine is used instead of native code, with the reason."""
         if self.refusal and self._to_warn:
             self._to_warn = False
             warnings.warn(
@@ -174,7 +175,7 @@ class Native:
             )
 
     def evaluator(self, function: str) -> NativeLibrary | None:
-        """Return the library if it is loaded or cached and has a function; None otherwise.
+        """Return the library if it is loaded or in the cache, and has a function; otherwise None.
 
         Nothing is compiled.
         """

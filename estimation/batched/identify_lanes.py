@@ -1,10 +1,11 @@
 """Batched `identify` of many records of one reference, from their rows to estimates.
 
-Instrumental variables, see `axisid.estimation.methods.instrumental`, and least squares are solved
-by refined normal equations. Columns are scaled to unit norm, and the equations are solved again for
-the residuals, which gives the accuracy of a QR factorisation if the columns are not nearly
-dependent. Lanes with nearly dependent columns are identified separately. Warnings of NumPy for
-values that are not finite are switched off.
+A lane is one of these records. Instrumental variables, see
+`axisid.estimation.methods.instrumental`, and least squares are solved by refined normal equations.
+Columns are scaled to unit norm, and the equations are solved again for the residuals, which gives
+the accuracy of a QR factorisation if the columns are not nearly dependent. Lanes with nearly
+dependent columns are identified separately, by `identify`. Warnings of NumPy for values that are
+not finite are switched off.
 """
 
 from dataclasses import dataclass, replace
@@ -53,20 +54,23 @@ from .lanes import (
 #: The method with batched lanes.
 METHOD = "idm-iv"
 _BLOCK = 32  # lanes that are simulated together
-_MOST_CONDITION = 1e6  # of the scaled products; beyond, digits are lost
+_MOST_CONDITION = 1e6  # condition of the scaled products, beyond which digits are lost
 _MOST = 8  # iterations of lanes; a lane that needs more is identified separately
-_CLEARLY = 0.5  # of the detection limit; a lane above is identified separately
+# uncertainty of a parameter relative to its detection limit, above which a lane is identified
+# separately
+_CLEARLY = 0.5
 _ROUNDING = float(np.finfo(float).eps)
 
-#: Solution and number of iterations by lane.
+#: Solution and number of iterations, by index of the lane in its block.
 LaneFits = dict[int, tuple[Solution, int]]
 
 
 def is_served(axis: GeneratedAxis, period: float, method: str) -> bool:
-    """Return True if lanes of an axis with a period in s can be batched.
+    """Return True if lanes of an axis with a sampling period in s can be batched.
 
-    The method is instrumental variables, the model is linear, the drive has no delay, lag or
-    command path, the law is evaluated at the samples, and there is a compiler.
+    This needs instrumental variables as the method, a linear and identifiable model without
+    recorded signals, a drive without delay, lag and command path, a law that is evaluated at the
+    samples, and a compiler.
     """
     law, drive = axis.control, axis.drive
     return (
@@ -96,9 +100,12 @@ def identify_lanes(
 ) -> LaneEstimates:
     """Identify records of one reference by one method, in batches.
 
-    Each lane equals the result of `identify` without simulated replicas, except for rounding: lanes
-    are filtered, simulated and solved together in compiled code. Other cases are identified
-    separately: an axis of another kind, encoder steps, a lane whose iteration differs from most.
+    The estimate of each lane equals that of `identify` without simulated replicas, except for
+    rounding: lanes are filtered, simulated and solved together in compiled code. Lanes are
+    identified separately if the axis cannot be batched (`is_served`), or if there are encoder
+    steps. A single lane is identified separately if its law does not start with the memory of an
+    axis at rest, if its simulated loop does not follow the record, if it does not clearly show each
+    parameter, or if its iteration is ill-conditioned or does not converge in a few full steps.
 
     Parameters
     ----------
@@ -127,17 +134,22 @@ def identify_lanes(
     shape = len(lanes), len(generated.parameters)
     values, iterations = np.full(shape, np.nan), np.zeros(len(lanes), dtype=np.int64)
     deviations, freedom = ({name: np.full(shape, np.nan) for name in COVARIANCES} for _ in range(2))
-    how, errors = [SIDE_BY_SIDE] * len(lanes), dict[int, str]()
+    how: list[str] = [SIDE_BY_SIDE] * len(lanes)
+    errors: dict[int, str] = {}
     covariances = [covariance_of(name, lags) for name in COVARIANCES]
-    served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)
-    library = generated.native.lanes if served else None
+    library = None
+    if not (settings or lanes.resolution) and is_served(generated, lanes.period, method):
+        library = generated.native.lanes
     for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
-        fits = {} if library is None else _block_fits(generated, library, part, asked)
-        for place, lane in enumerate(range(first, first + len(part))):
+        fits: LaneFits = {}
+        if library is not None:
+            fits = _block_fits(generated, library, part, asked)
+        for index in range(len(part)):
+            lane = first + index
             try:
-                if place in fits:
-                    solution, steps = fits[place]
+                if index in fits:
+                    solution, steps = fits[index]
                     with np.errstate(all="ignore"):
                         applied = [covariance.applied(solution) for covariance in covariances]
                     spread = [(each.matrix, each.freedom) for each in applied]
@@ -145,7 +157,7 @@ def identify_lanes(
                 else:
                     how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
                     result = identify(
-                        generated, part.record(place), asked, [method], **chosen, judge=False
+                        generated, part.record(index), asked, [method], **chosen, judge=False
                     )
                     found = result[method]
                     spread = [
@@ -172,7 +184,10 @@ def identify_lanes(
 def _block_fits(
     axis: GeneratedAxis, library: LaneLibrary, lanes: RecordLanes, asked: Prefilter
 ) -> LaneFits:
-    """Return the fits of the lanes of a block; lanes to be identified separately are missing."""
+    """Return the fits of the lanes of a block by their index; the others are missing.
+
+    Missing lanes have to be identified separately. `asked` are the settings of the filter.
+    """
     try:
         template = FilteredRecord.bind(axis, lanes.record(0), replace(asked, reversals="keep"))
     except AxisidError:
@@ -219,29 +234,34 @@ class LaneSolutions:
         rows : (n, L) array of bool or None
             True for the rows that each lane has; None for all.
         lane : int
-            Number of the lane in the block.
+            Index of the lane in the block.
         place : int
-            Index of the lane among these solutions.
+            Index of the lane among these solutions, which may be of some lanes of the block only.
         """
         own = slice(None) if rows is None else rows[:, lane]
-        places = block.template.sampling.rows.astype(np.int64)[own]
+        samples = block.template.sampling.rows.astype(np.int64)[own]
         return Solution(
             theta=self.theta[place],
             residuals=np.ascontiguousarray(self.residuals[own, place]),
             inverse_factor=np.asarray(np.linalg.cholesky(self.inverse[place]), dtype=float),
             influence=self.instruments[own, :, place] @ self.mixing[place].T,
-            neighbours=RowTimes(places // block.template.prefilter.decimate),
+            neighbours=RowTimes(samples // block.template.prefilter.decimate),
         )
 
 
 def products(library: LaneLibrary, one: Array, other: Array) -> Array:
-    """Return ``sum_t a_t b_t'`` of columns (n, p, L) and (n, q, L) by lane, (L, p, q)."""
+    """Return ``A'B`` of the columns A (n, p, L) and B (n, q, L) of each lane, (L, p, q)."""
     return library.products(one, other).transpose(2, 0, 1)
 
 
 def row_counts(rows: BoolArray | None, shape: tuple[int, ...]) -> Array:
-    """Return the number of rows of each lane, (L,), for all rows of the shape (n, L) or fewer."""
-    return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
+    """Return the number of rows of each lane, (L,).
+
+    `rows`, (n, L), is True for rows that a lane has; None for all n rows of the shape (n, L).
+    """
+    if rows is None:
+        return np.full(shape[1], float(shape[0]))
+    return np.asarray(rows.sum(axis=0), dtype=float)
 
 
 def fitted(regressor: Array, theta: Array) -> Array:
@@ -262,42 +282,44 @@ def solved(
     regressor, instruments : (n, p, L) array
         X and Z.
     """
-    # Solve the scaled normal equations, once more for the residuals.
-    together = products(library, instruments, regressor)
-    aside = products(library, instruments, left[:, None])[:, :, 0]
-    own, scale = products(library, instruments, instruments), norms(library, regressor)
-    by = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
-    scaled = together / by[:, :, None] / scale[:, None, :]
-    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
+    # Products Z'X, Z'y and Z'Z, and the norms of the columns of Z and X.
+    zx = products(library, instruments, regressor)
+    zy = products(library, instruments, left[:, None])[:, :, 0]
+    zz = products(library, instruments, instruments)
+    z_norms, x_norms = np.sqrt(np.diagonal(zz, axis1=1, axis2=2)), norms(library, regressor)
+    # Lanes that are not finite or ill-conditioned get the identity instead.
+    scaled = zx / z_norms[:, :, None] / x_norms[:, None, :]
+    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(zy).all(axis=1)
     scaled[~finite] = np.eye(scaled.shape[1])
     sound = finite & (np.linalg.cond(scaled) < _MOST_CONDITION)
     scaled[~sound] = np.eye(scaled.shape[1])
-    mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
-    theta = _applied(mixing, aside)
+    mixing = np.linalg.inv(scaled) / x_norms[:, :, None] / z_norms[:, None, :]
+    # Solve the normal equations, and once more for the residuals.
+    theta = _applied(mixing, zy)
     residuals = left - fitted(regressor, theta)
     step = products(library, instruments, residuals[:, None])[:, :, 0]
     theta = theta + _applied(mixing, step)
     residuals = left - fitted(regressor, theta)
-    alike = own / by[:, :, None] / by[:, None, :]
-    alike[~np.isfinite(alike).all(axis=(1, 2))] = np.eye(alike.shape[1])
+    scaled_zz = zz / z_norms[:, :, None] / z_norms[:, None, :]
+    scaled_zz[~np.isfinite(scaled_zz).all(axis=(1, 2))] = np.eye(scaled_zz.shape[1])
     return LaneSolutions(
         theta=theta,
         residuals=residuals,
         power=products(library, residuals[:, None], residuals[:, None])[:, 0, 0],
         instruments=instruments,
         mixing=mixing,
-        inverse=np.linalg.pinv(alike) / by[:, :, None] / by[:, None, :],
+        inverse=np.linalg.pinv(scaled_zz) / z_norms[:, :, None] / z_norms[:, None, :],
         sound=sound,
     )
 
 
 def _applied(matrices: Array, vectors: Array) -> Array:
-    """Return the products of matrices (L, p, p) and vectors (L, p)."""
+    """Return the product of a matrix (L, p, p) and a vector (L, p) for each lane, (L, p)."""
     return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
 
 
 def norms(library: LaneLibrary, columns: Array) -> Array:
-    """Return the norms of columns (n, p, L), (L, p)."""
+    """Return the norm of each column of (n, p, L), by lane, (L, p)."""
     squares = products(library, columns, columns)
     return np.asarray(np.sqrt(np.diagonal(squares, axis1=1, axis2=2)))
 
@@ -305,18 +327,21 @@ def norms(library: LaneLibrary, columns: Array) -> Array:
 def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
     """Return the fits of lanes by the instrumental-variables iteration.
 
-    Lanes that are to be identified separately are missing. Samples near reversals of the records
-    are left out for the first least-squares fit; then those near reversals of its simulated loops.
+    Lanes that are to be identified separately are missing. For a first least-squares fit, samples
+    near reversals of the records are excluded. For the second, samples near reversals of the loops
+    that are simulated with the first fit are excluded instead. The iteration starts from the second
+    fit.
     """
-    excluded, able = _near_reversals(block, asked), block.starts[1]
+    excluded, is_batched = _near_reversals(block, asked), block.starts[1]
     if excluded is not None:
         _, _, loops, follows, shown = _first_fit(block, excluded, block.rows_of(excluded))
-        again = block.turns(block.filtered(loops.position))
+        of_loops = block.turns(block.filtered(loops.position))
         # A lane whose loop does not follow the record keeps the reversals of the record.
-        excluded, able = np.where(follows & excluded.any(axis=0), again, excluded), able & shown
+        excluded = np.where(follows & excluded.any(axis=0), of_loops, excluded)
+        is_batched = is_batched & shown
     rows = block.rows_of(excluded)
     measured, found, loops, follows, shown = _first_fit(block, excluded, rows)
-    return _iterated(block, measured, excluded, rows, found, follows & shown & able, loops)
+    return _iterated(block, measured, excluded, rows, found, follows & shown & is_batched, loops)
 
 
 def _first_fit(
@@ -348,16 +373,16 @@ def _first_fit(
 
 
 def _near_reversals(block: LaneBlock, asked: Prefilter) -> BoolArray | None:
-    """Return True for samples near reversals and rests that are left out, (N, L).
+    """Return True for samples near reversals and rests that are excluded, (N, L).
 
-    None if no samples are left out. `asked` are the settings of the filter.
+    None if no samples are excluded. `asked` are the settings of the filter.
     """
     axis = block.axis
     if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
         return None
     near = block.turns(block.motion)
     if asked.reversals is None and not searches_friction(axis):
-        # Lanes that would hardly show a parameter keep all samples.
+        # Lanes that would hardly show a parameter without these samples keep all samples.
         slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
         pairs = block.library.information(block.motion, block.template.sampling.kept, near, slow)
         moving, left = (each.transpose(2, 0, 1) for each in pairs)
@@ -374,8 +399,9 @@ def _clearly_shown(
 ) -> BoolArray:
     """Return True for lanes that clearly show every parameter, (L,), by least squares.
 
-    The detection limits follow from force and motion, which are equal in all lanes except for
-    noise, so that those of the first lane are used.
+    A parameter is clearly shown if its uncertainty is below half of its detection limit. The
+    detection limits follow from force and motion, which are equal in all lanes except for noise, so
+    that the limits of the first lane are used. `first` are the least-squares solutions.
     """
     signals = block.template.signals
     every = InverseForm(block.axis).equations(signals)
@@ -401,6 +427,9 @@ def _iterated(
 ) -> LaneFits:
     """Return the fits of lanes by instrumental variables, iterated from least squares.
 
+    In each step, lanes whose last step was short enough are stored. Lanes that fail, are
+    ill-conditioned, or whose step has to be shortened, are dropped; they are missing in the result.
+
     Parameters
     ----------
     block : LaneBlock
@@ -423,13 +452,13 @@ def _iterated(
     for step in range(_MOST + 1):
         # Store lanes that have converged.
         active &= loops.well
-        for place, lane in enumerate(going):
+        for index, lane in enumerate(going):
             if active[lane] and size[lane] <= CONVERGED.value:
-                ended[int(lane)] = found.alone(block, rows, int(lane), place), step
+                ended[int(lane)] = found.alone(block, rows, int(lane), index), step
                 active[lane] = False
         if not active.any() or step == _MOST:
             break
-        # Solve the others with the instruments of their last loops; limit their steps.
+        # Solve the other lanes with the instruments of their last loops.
         going = np.flatnonzero(active)
         left, regressor = (
             np.ascontiguousarray(each[..., going]) for each in (net, measured.regressor)
@@ -438,9 +467,10 @@ def _iterated(
         found = solved(block.library, left, regressor, Z)
         sigma = found.power / (counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(found.inverse, axis1=1, axis2=2))
-        for place, lane in enumerate(going):
-            size[lane], _ = paces[lane].step(physical[lane], found.theta[place], deviations[place])
-            found.sound[place] &= paces[lane].share == 1.0
+        # Drop lanes whose step has to be shortened.
+        for index, lane in enumerate(going):
+            size[lane], _ = paces[lane].step(physical[lane], found.theta[index], deviations[index])
+            found.sound[index] &= paces[lane].share == 1.0
         physical[going] = found.theta
         active[going[~found.sound]] = False
         if active.any():

@@ -1,11 +1,12 @@
 """Lanes: records of one reference that are filtered, simulated and solved in parallel.
 
-The decimation filter is computed as a sum of first-order modes, so that only the kept rows are
-computed. The response of the filter, applied forward and backward, is a sum over its poles, each
-running once forward and once backward. A kept row then needs a few products with the samples since
-the last kept row, whereas second-order sections would compute every sample. The modes start and end
-as the sections do: the forward pass starts in the steady state of the first value, the backward
-pass in that of the last value of the forward pass.
+The decimation filter is computed as a sum of first-order modes, so that only the rows that remain
+after decimation are computed. The response of the filter, applied forward and backward, is a sum
+over its poles: a mode for each pole runs once forward and once backward. A remaining row then needs
+a few products with the samples since the last remaining row, whereas second-order sections would
+compute every sample. The modes start and end as the sections do: the forward pass starts in the
+steady state of the first value, and the backward pass in the steady state of the last value of the
+forward pass.
 """
 
 from collections.abc import Mapping
@@ -68,8 +69,9 @@ class RecordLanes(Exact):
         shape = np.shape(self.position)
         if len(shape) != 2 or np.shape(self.control) != shape or len(self.reference) != shape[0]:
             raise UsageError(
-                f"the reference has the shape {np.shape(self.reference)}, positions {shape}, "
-                f"controls {np.shape(self.control)}; give (N,), (N, B) and (N, B).",
+                f"the reference has the shape {np.shape(self.reference)}, the positions {shape} "
+                f"and the controls {np.shape(self.control)}. Give the shapes (N,), (N, B) and "
+                "(N, B).",
                 code="simulation-input",
             )
 
@@ -77,7 +79,7 @@ class RecordLanes(Exact):
         return int(self.position.shape[1])
 
     def record(self, lane: int) -> Record:
-        """Return the record of one lane, given by its number."""
+        """Return the record of one lane, given by its index."""
         return Record(
             time=self.period * np.arange(float(len(self.reference))),
             position=self.position[:, lane],
@@ -108,7 +110,7 @@ class LaneEstimates(Exact):
     deviations : mapping of str to (B, p) array
         Standard errors by name of `COVARIANCES`.
     freedom : mapping of str to (B, p) array
-        Their degrees of freedom.
+        Degrees of freedom of the standard errors, by name of `COVARIANCES`.
     iterations : (B,) array of int
         Number of iterations.
     how : tuple of str
@@ -149,7 +151,8 @@ def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: in
     return made
 
 
-#: One pole of each conjugate pair, its residue, its two-way gain, and the direct gain.
+#: First-order modes of a filter: one pole of each conjugate pair, its residue, its gain forward and
+#: backward, (s,) each, and the gain of the part without memory.
 _Filter = tuple[ComplexArray, ComplexArray, ComplexArray, float]
 
 
@@ -158,10 +161,9 @@ _ALL_PASS: _Filter = (np.zeros(4, complex), *(np.full(4, 1 / 8, complex),) * 2, 
 
 
 def _modes(sampled: SampledFilter) -> _Filter:
-    """Return the first-order modes of the decimation filter, forward and backward.
+    """Return the first-order modes of the decimation filter, by partial fractions.
 
-    They are one pole of each conjugate pair, its residue, its gain forward and backward, and the
-    gain of the filter without memory.
+    See `_Filter`. The poles of the second-order sections are conjugate pairs.
     """
     sections = sampled.decimation.sections
     pairs = np.array([np.roots(section[3:]) for section in sections])
@@ -184,9 +186,16 @@ def _modes(sampled: SampledFilter) -> _Filter:
 def _ends(poles: ComplexArray, residues: ComplexArray, gains: ComplexArray, beyond: int) -> Array:
     """Return the matrix from forward modes to the initial state of backward modes, (2 s, 2 s).
 
-    The forward modes are relative to their steady state. Both are `beyond` samples after the last
-    value, which is held there. `poles`, `residues` and `gains`, (s,) each, are as from `_modes`;
-    rows and columns of the matrix alternate real and imaginary parts.
+    The forward modes are relative to their steady state. Forward and backward modes are those at
+    `beyond` samples after the last value, which is repeated up to there. Rows and columns of the
+    matrix alternate real and imaginary parts.
+
+    Parameters
+    ----------
+    poles, residues, gains : (s,) array
+        As from `_modes`.
+    beyond : int
+        Number of samples after the last value.
     """
     ahead = np.concatenate([poles, poles.conj()])[None, :]
     weights = np.concatenate([residues, residues.conj()])
@@ -234,6 +243,7 @@ class LaneBlock:
     @cached_property
     def decimation(self) -> Decimation:
         """Kept rows and coefficients of the modes of the decimation filter."""
+        # Samples that the filter reads; indices below are relative to the first of them.
         sampled, samples = self.template.sampling.filter, len(self.lanes.reference)
         every = sampled.settings.decimate
         start, end = sampled.cut
@@ -241,6 +251,9 @@ class LaneBlock:
         low, high = sampled.dropped[0] - start, samples - sampled.dropped[1] - start
         rows = sampled.rows(samples) - start
         first = int(rows[0])
+        # Blocks of `every` samples end at `begin`, `begin + every` and so on; a row is the end of a
+        # block. The first block has the first sample of the padding, and the first row is the end
+        # of block `skipped`. The last block ends `beyond` samples after the padding.
         padding = sampled.decimation.padding if every > 1 else 0
         skipped = max(0, -((every - padding - first) // every))
         begin = first - every * skipped
@@ -292,8 +305,14 @@ class LaneBlock:
     def rows(self, excluded: BoolArray | None, rows: BoolArray | None) -> Equations:
         """Return the rows of the records: left side (n, L) and regressor (n, p, L).
 
-        Rows that a lane lacks are 0. `excluded`, (N, L), is True for samples without weight, and
-        `rows`, (n, L), for rows that a lane has; None for no such samples, and for all rows.
+        Rows that a lane lacks are 0.
+
+        Parameters
+        ----------
+        excluded : (N, L) array of bool or None
+            True for samples without weight; None if all samples have weight.
+        rows : (n, L) array of bool or None
+            True for rows that a lane has; None if each lane has all rows.
         """
         found = self.library.measured(
             self.lanes.control, self.motion, self.template.hold_delay, excluded, self.decimation
@@ -303,9 +322,10 @@ class LaneBlock:
         return Equations(left=found[:, -1], intercept=intercept, regressor=found[:, :p])
 
     def rows_of(self, excluded: BoolArray | None) -> BoolArray | None:
-        """Return True for the rows that each lane has without excluded samples, (n, L).
+        """Return True for the rows that each lane has, (n, L).
 
-        None if no samples are excluded, so that each lane has all rows.
+        A lane lacks rows whose weight is small because of excluded samples, (N, L). None if
+        `excluded` is None, so that each lane has all rows.
         """
         if excluded is None:
             return None
@@ -321,8 +341,8 @@ class LaneBlock:
     def starts(self) -> tuple[LoopStart, BoolArray]:
         """Initial states of the loops, and True for lanes where they agree with `loop_starts`.
 
-        The memory is the declared one of an axis at rest; it is wrong for lanes whose first
-        controls show another memory.
+        The memory of the law is None, for the declared memory of an axis at rest. This is wrong for
+        lanes whose first controls show another memory.
         """
         axis, lanes, law = self.axis, self.lanes, self.axis.control
         velocity = np.array([first_velocity(lane, lanes.period) for lane in lanes.position.T])
@@ -406,12 +426,20 @@ class LaneLoops:
 
 
 def some_lanes(values: BoolArray | None, lanes: IntArray) -> BoolArray | None:
-    """Return values (..., L) of some lanes in contiguous memory; None for None."""
-    return None if values is None else np.ascontiguousarray(values[..., lanes])
+    """Return the values (..., L) of some lanes, given by index, (..., l); None for None.
+
+    They are in contiguous memory.
+    """
+    if values is None:
+        return None
+    return np.ascontiguousarray(values[..., lanes])
 
 
 def _kept(found: Array, rows: BoolArray | None) -> Array:
-    """Return rows, (n, c, L), with those that a lane lacks set to 0, in place."""
+    """Return rows, (n, c, L), in which rows that a lane lacks are set to 0 in place.
+
+    `rows`, (n, L), is True for rows that a lane has; None for all.
+    """
     if rows is not None:
         found *= rows[:, None, :]
     return found

@@ -1,7 +1,8 @@
 """Forms of the ready laws for the search, with a linear regression that gives start values.
 
-A form without an integral or a filter is linear in products of its gains; a form with an integral
-is linear in more products than it has gains, which still give start values.
+A form is a ready law with some choice of its gains and options. The control of a form without an
+integral or a filter is linear in products of its gains. With an integral, there are more products
+than gains, which still give start values. A filter has a gain that is tried from a list.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,7 +31,7 @@ class ReadyLaw:
     words : mapping of str to str
         Arguments of that function that are not numbers, such as ``velocity="averaged"``.
     same : str
-        Description of other laws with the same control.
+        Description of other laws with the same control; empty if there are none.
     """
 
     function: str
@@ -81,9 +82,9 @@ class LawForm(ReadyLaw):
             yield {**gains, "tracking_time": share * integral}
 
     def begun(self, period: float) -> Sequence[float | None]:
-        """Return the start values of the gain `extra`; a single None for a law without one.
+        """Return the start values of the gain `extra`; a single None for a law without such a gain.
 
-        `period` is the sample period, s.
+        `period` is the sampling period, s.
         """
         if not self.extra:
             return (None,)
@@ -125,14 +126,19 @@ class LawForm(ReadyLaw):
 
         The arguments are as in `signals`.
         """
+        # The option of the law, or its function, determines how the law computes the velocity.
         how, position = self.words.get("velocity", "difference"), ticks.position
         if how == "ideal" or self.function == "cascade_pd":
             return ticks.velocity
         if how == "averaged" or self.function == "cascade_pd_averaged":
             before = np.concatenate([position[:1], position[:1], position[:-2]])
             return np.asarray((position - before) / (2 * period))
-        filtered = extra if self.extra in ("velocity_filter", "filter_time") else None
-        time = 2 / extra if how == "pll" and extra else filtered
+        # Time constant of the low-pass of the differences, if there is one.
+        time = None
+        if self.extra in ("velocity_filter", "filter_time"):
+            time = extra
+        if how == "pll" and extra:
+            time = 2 / extra
         return _smooth(_rate(position, period), period, time)
 
 
@@ -167,13 +173,14 @@ def _over(above: float, below: float) -> float:
 def _cascade(c: Mapping[str, float]) -> dict[str, float]:
     """Return the gains of a position-velocity cascade from the coefficients of its columns."""
     kv = -c["velocity"]
-    further = {
-        "velocity_feed_forward": ("rate", _over(c.get("rate", 0.0), kv)),
-        "acceleration_feed_forward": ("acceleration", c.get("acceleration", 0.0)),
-        "tn": ("sum of error", abs(_over(c["error"], c.get("sum of error", 0.0))) or 1.0),
-    }
-    found = {name: value for name, (column, value) in further.items() if column in c}
-    return {"kp": _over(c["error"], kv), "kv": kv, **found}
+    gains = {"kp": _over(c["error"], kv), "kv": kv}
+    if "rate" in c:
+        gains["velocity_feed_forward"] = _over(c["rate"], kv)
+    if "acceleration" in c:
+        gains["acceleration_feed_forward"] = c["acceleration"]
+    if "sum of error" in c:
+        gains["tn"] = abs(_over(c["error"], c["sum of error"])) or 1.0
+    return gains
 
 
 def _pid(c: Mapping[str, float]) -> dict[str, float]:
@@ -193,8 +200,8 @@ _PID = ("error", "derivative", "sum of error", "constant")
 def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
     """Return the form of a P-PI cascade.
 
-    `velocity` is the way in which the law computes the velocity from positions. `columns` and
-    `extra` are as in `LawForm`.
+    `velocity` is the option of the law that states how it computes the velocity from positions.
+    `columns` and `extra` are as in `LawForm`.
     """
     return LawForm(
         function="cascade_p_pi",

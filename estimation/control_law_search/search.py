@@ -29,7 +29,6 @@ from axisid.estimation.thresholds import (
 from axisid.estimation.verdict_checks import Check, Checked
 from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
 from axisid.support.arrays import Array, least_squares_step, relative_error_percent
-from axisid.support.checks import refuse
 from axisid.support.errors import DataError, ModelError
 from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
@@ -38,10 +37,10 @@ from axisid.support.settings import setting
 
 from .law_forms import FORMS, LawForm, ReadyLaw
 
-# ratio to the smallest held-out control error that counts as equal; on the EMPS record four laws
-# with more gains have the same 0.234 % as the law of the drive
-_MAX_AS_WELL = 1.1
-_NEGLIGIBLE_LEFT = 1e-5  # % of the control; a smaller control error is rounding of the replay
+# ratio of held-out control errors up to which they are equal; on the EMPS record four laws with
+# more gains have the same error of 0.234 % as the law of the drive
+_EQUAL_RATIO = 1.1
+_NEGLIGIBLE_ERROR = 1e-5  # % of the control; a smaller control error is rounding of the replay
 
 _BLOCKS = 10  # blocks of rows, every second of which is held out
 _DELAYS = 4  # samples, the largest delay that is tried
@@ -77,13 +76,15 @@ class ExplainedLaw(ReadyLaw):
     def python(self) -> str:
         """The law as an argument of a Python declaration."""
         law = f"{self.function}({self._arguments('=')})"
-        late = self.law.delay
-        return f"control=replace({law}, delay={late})" if late else f"control={law}"
+        if self.law.delay:
+            return f"control=replace({law}, delay={self.law.delay})"
+        return f"control={law}"
 
     def _arguments(self, between: str) -> str:
-        """Return the arguments of the law as text, with `between` between name and value.
+        """Return the arguments of the law as text: its gains, options and period.
 
-        They are the gains, the options and the period. The delay is among them in TOML only.
+        `between` is the text between name and value: an equal sign with spaces for TOML, without
+        for Python. The delay is an argument in TOML only.
         """
         given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}
         given |= {name: f'"{word}"' for name, word in self.words.items()}
@@ -110,7 +111,7 @@ class LawSearch(Checked, Presentable):
     explained : bool
         True if the control error of the first law is within the limit of the law check.
     as_well : int
-        Number of first laws with a control error equal to the smallest.
+        Number of laws, the first of `laws`, whose control error equals the smallest.
     """
 
     axis: str
@@ -122,7 +123,8 @@ class LawSearch(Checked, Presentable):
 
     def __repr__(self) -> str:
         """Return the name of the best law with its control error."""
-        return f"laws of {self.axis}: {self.best.title}, {self.best.held_out_percent:.3g} % left"
+        error = f"{self.best.held_out_percent:.3g} % of the control (rms)"
+        return f"laws of {self.axis}: {self.best.title}, control error {error}"
 
     @property
     def best(self) -> ExplainedLaw:
@@ -132,17 +134,20 @@ class LawSearch(Checked, Presentable):
     @property
     def checks(self) -> tuple[Check, ...]:
         """Check of the control error of the best law; it fails if no law explains the control."""
-        best, left = self.best.title, self.best.held_out_percent
-        fault = (
-            f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
-            "drive runs another law, reads other columns (a feed-forward, a sensor of its own), or "
-            "runs faster than the log"
-        ) * (not self.explained)
-        held = f"{best} leaves {left:.3g} % of the control"
-        return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)
+        best, percent = self.best.title, self.best.held_out_percent
+        error = f"{percent:.3g} % of the control (rms)"
+        fault = ""
+        if not self.explained:
+            fault = (
+                f"No ready law explains the control: the control error of the best law, {best}, is "
+                f"{error}. The drive may run another law, read signals that the record lacks (a "
+                "feed-forward, a second sensor), or run faster than the log"
+            )
+        held = f"the control error of {best} is {error}"
+        return (Check.unless("control law", fault, held, percent, MAX_LAW_RESIDUAL.value),)
 
 
-@np.errstate(all="ignore")  # a law that diverges along the record is left out
+@np.errstate(all="ignore")  # a law that diverges along the record is discarded
 @in_one_thread
 def find_law(
     axis: Axis | GeneratedAxis, record: Record, *, progress: Progress | None = None
@@ -169,23 +174,19 @@ def find_law(
     """
     generated = as_generated(axis)
     piece, needed = record.longest(), 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
-    lacking = [n for n in ("reference", "control", "position") if n not in record.channels()]
-    refuse(
-        DataError,
-        (
-            lacking,
-            f"the record has no {''.join(lacking[:1])}; the search for a law needs position, "
-            f"reference and control. Name the column: {setting('columns', {lacking[0]: 'NAME'})}"
-            if lacking
-            else "",
-            "missing-column",
-        ),
-        (
-            len(piece) < needed,
-            f"the record has {len(piece)} samples; the search for a law needs {needed:g} or more",
-            "too-short",
-        ),
-    )
+    for role in ("reference", "control", "position"):
+        if role not in record.channels():
+            raise DataError(
+                f"the record has no {role}. The search for a law needs position, reference and "
+                f"control. Name the column: {setting('columns', {role: 'NAME'})}.",
+                code="missing-column",
+            )
+    if len(piece) < needed:
+        raise DataError(
+            f"the longest segment of the record has {len(piece)} samples. The search for a law "
+            f"needs {needed:g} or more. Record a longer motion.",
+            code="too-short",
+        )
     # Fit each form from its start values, then also with anti-windup where it may help.
     along, found = _AlongRecord.of(generated, piece), list[ExplainedLaw]()
     for form in with_progress(FORMS, progress, lambda form: form.title):
@@ -193,11 +194,11 @@ def find_law(
         if law is not None and (explained := along.fitted(form, law)) is not None:
             found.append(explained)
             # Anti-windup cannot improve a law with a negligible error.
-            if explained.held_out_percent > _NEGLIGIBLE_LEFT:
+            if explained.held_out_percent > _NEGLIGIBLE_ERROR:
                 found += along.wound(form, explained.law)
     if not found:
         raise DataError(
-            "no ready law can be run along the record; check the units of its columns.",
+            "no ready law can be replayed along the record. Check the units of its columns.",
             code="law-search",
         )
     return _ranked(generated, record, found)
@@ -205,7 +206,7 @@ def find_law(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _AlongRecord:
-    """A record without gaps, along which laws are fitted.
+    """A record without gaps, along which control laws are fitted.
 
     Attributes
     ----------
@@ -231,15 +232,15 @@ class _AlongRecord:
         fitted nor held out. The other samples are divided into ten blocks, every second of which is
         held out.
         """
-        told = unlimited(axis, record, (0, len(record))).copy()
-        settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
-        told[: settling + _DELAYS] = told[len(record) - settling :] = False
-        odd = (np.arange(len(record)) * _BLOCKS // len(record)) % 2 == 1
+        is_valid = unlimited(axis, record, (0, len(record))).copy()
+        settling = round(1 / COMPARISON_CUTOFF.value)  # samples of a low-pass, at either end
+        is_valid[: settling + _DELAYS] = is_valid[len(record) - settling :] = False
+        is_held_out = (np.arange(len(record)) * _BLOCKS // len(record)) % 2 == 1
         return cls(
             axis=axis,
             record=record,
-            used=told & ~odd,
-            held_out=told & odd,
+            used=is_valid & ~is_held_out,
+            held_out=is_valid & is_held_out,
             ticks=LawInputs.at_samples(
                 np.asarray(record.commanded),
                 record.position,
@@ -249,41 +250,42 @@ class _AlongRecord:
             ),
         )
 
-    def begun(self, form: LawForm, *, apart: bool = False) -> ControlLaw | None:
+    def begun(self, form: LawForm, *, by_stretch: bool = False) -> ControlLaw | None:
         """Return a law of a form with start values of its gains, delay and filter.
 
-        They are those of the regression with the smallest residual, over all delays and filters.
-        None if no regression gives valid gains. With `apart`, the initial value of the integral is
-        free in each stretch between times at the drive's limit.
+        They are the values of the regression with the smallest residual, over all delays and
+        filters. None if no regression gives valid gains. If `by_stretch` is True, the regression
+        has a free constant, the initial value of an integral, in each stretch of samples between
+        times at the drive's limit; by default the whole record has one constant.
         """
         starts: list[tuple[float, int, dict[str, float]]] = []
         for extra in form.begun(self.record.period):
-            starts += self._starts(form, extra, apart=apart)
+            starts += self._starts(form, extra, by_stretch=by_stretch)
         for _, delay, gains in sorted(starts, key=lambda start: start[0]):
             with suppress(ModelError):  # a negative time
                 return form.made(gains, self.record.period, delay)
         return None
 
     def _starts(
-        self, form: LawForm, extra: float | None, *, apart: bool
+        self, form: LawForm, extra: float | None, *, by_stretch: bool
     ) -> Iterator[tuple[float, int, dict[str, float]]]:
         """Yield the residual norm, the delay in samples, and the gains of a regression per delay.
 
-        Regressions with a gain of 0 or not finite are left out. `extra` is the value of the gain
-        of a filter, and None for a form without one; `apart` is as in `begun`.
+        Regressions with a gain that is 0 or not finite are not yielded. `extra` is the value of the
+        gain of a filter, and None for a form without a filter; `by_stretch` is as in `begun`.
         """
         columns = form.signals(self.ticks, self.record.period, extra)
-        if apart:
+        if by_stretch:
             columns.pop("constant")
-        at_once = np.column_stack([*columns.values()])
-        given, told = _commands(self.axis, self.record)
-        used = self.used & told
+        undelayed = np.column_stack([*columns.values()])
+        recorded, is_known = _commands(self.axis, self.record)
+        used = self.used & is_known
         for delay in range(_DELAYS + 1):
-            # Regress the commands behind the recorded control on the delayed columns.
-            late = at_once[np.maximum(np.arange(len(at_once)) - delay, 0)]
-            commands = given - as_logged(self.axis, self.ticks.added_at_samples(delay))
-            rows = np.column_stack([commands, as_logged(self.axis, late)])[used]
-            if apart:
+            # Regress the commands that led to the recorded control on the delayed columns.
+            delayed = undelayed[np.maximum(np.arange(len(undelayed)) - delay, 0)]
+            commands = recorded - as_logged(self.axis, self.ticks.added_at_samples(delay))
+            rows = np.column_stack([commands, as_logged(self.axis, delayed)])[used]
+            if by_stretch:  # a constant for each stretch of consecutive samples
                 rows = _about_means(rows, np.cumsum(np.diff(np.flatnonzero(used), prepend=-1) > 1))
             control, regressor = rows[:, 0], rows[:, 1:]
             values, _ = least_squares_step(regressor, control, len(rows) * np.finfo(float).eps)
@@ -296,9 +298,8 @@ class _AlongRecord:
     def _by_gains(self, law: ControlLaw) -> GainRegression:
         """Return the regression of the control on the gains of a law, on the fitted samples.
 
-        The gains of `law` take the place of the declared gains, and nothing is fitted yet. The law
-        with the present gains, `along`, is therefore also the law with the declared gains,
-        `declared`.
+        No gain is fitted yet: both replays of the regression, `along` with the present gains and
+        `declared` with the declared gains, are those of `law`.
         """
         smooth = comparison_filter(law, self.record)
         along = LawReplay.of(self.axis, law, self.ticks, self.record)
@@ -318,11 +319,12 @@ class _AlongRecord:
         """
         best, smooth = self._by_gains(law).best([*law.gains]), comparison_filter(law, self.record)
         along, gains = best.along, best.gains
-        control, off = smooth(along.control), smooth(along.control - along.output)
-        left = [
-            relative_error_percent(off[some], control[some]) for some in (self.held_out, self.used)
-        ]
-        if not np.all(np.isfinite(left)):
+        control, error = smooth(along.control), smooth(along.control - along.output)
+        held_out, fitted = (
+            relative_error_percent(error[rows], control[rows])
+            for rows in (self.held_out, self.used)
+        )
+        if not np.all(np.isfinite([held_out, fitted])):
             return None
         steps, covariance, _ = best.gain_steps
         deviations = zip(steps, np.sqrt(np.diag(covariance)), strict=True)
@@ -331,21 +333,23 @@ class _AlongRecord:
             function=form.function,
             words=dict(form.words),
             deviations={name: float(abs(gains[name]) * sd) for name, sd in deviations},
-            held_out_percent=left[0],
-            fitted_percent=left[1],
+            held_out_percent=held_out,
+            fitted_percent=fitted,
             same=form.same,
         )
 
     def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
         """Return the law fitted with each kind of anti-windup.
 
-        Each fit starts from those start values that have the smallest control error. Empty for a
-        law without an integral, and where the drive did not come near its limit.
+        Start values are the gains of `law`, and the gains of a regression with a constant for each
+        stretch between times at the drive's limit. Each fit starts from the values with the
+        smallest control error. The list is empty for a law without an integral, and if the drive
+        did not come near its limit, so that no integral wound up.
         """
         along = LawReplay.of(self.axis, law, self.ticks, self.record)
         if "sum of error" not in form.columns or not np.any(np.isfinite(along.limit)):
-            return []  # no integral that may have wound up
-        starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()
+            return []
+        starts, found = [law, self.begun(form, by_stretch=True)], list[ExplainedLaw | None]()
         for how in ANTI_WINDUP[1:]:
             wound = replace(form, words={**form.words, "anti_windup": how})
             laws: list[ControlLaw] = []
@@ -367,8 +371,9 @@ class _AlongRecord:
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:
     """Return the commands of the law that led to the recorded control, and where they are known.
 
-    A control that is logged behind a dead band is smaller than the command, and 0 for many
-    commands. Behind a rate limit, commands are not known where the control changes at the limit.
+    A control that is logged after a dead band is smaller than the command, and 0 for many commands.
+    A control that is logged after a rate limit does not show the command where it changes at this
+    limit.
 
     Returns
     -------
@@ -378,14 +383,14 @@ def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bo
         True where the command is known.
     """
     control, path = np.asarray(record.control), axis.drive.path
-    told = np.ones(len(control), dtype=bool)
+    is_known = np.ones(len(control), dtype=bool)
     if not hides_command(axis):
-        return control, told
+        return control, is_known
     if path.deadband:
-        told &= control != 0
+        is_known &= control != 0
         control = control + path.deadband * np.sign(control)
     fastest = (1 - LIMIT_TOLERANCE.value) * path.rate_limit * record.period
-    return control, told & (np.abs(np.diff(control, prepend=control[:1])) < fastest)
+    return control, is_known & (np.abs(np.diff(control, prepend=control[:1])) < fastest)
 
 
 def _about_means(rows: Array, stretches: NDArray[np.intp]) -> Array:
@@ -402,10 +407,10 @@ def _about_means(rows: Array, stretches: NDArray[np.intp]) -> Array:
 def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> LawSearch:
     """Return the laws ranked by their held-out control error.
 
-    Laws with more gains than a law of the same function, but no smaller error, are left out. Laws
-    whose error equals the smallest come first, those with few gains before others. An ideal
-    velocity is not logged, so a law that reads one is only first if no other law explains the
-    control.
+    Laws with more gains than a law of the same function, but no smaller error, are removed. Laws
+    whose error equals the smallest come first, sorted by their number of gains. As the velocity of
+    an ideal sensor is not logged, a law that reads this velocity can only be the first if no other
+    law explains the control.
     """
     least = min(
         (each.held_out_percent for each in found if not each.law.takes_velocity), default=np.inf
@@ -413,18 +418,18 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
     explained = least < MAX_LAW_RESIDUAL.value
     if not explained:
         least = min(each.held_out_percent for each in found)
-    found = [each for each in found if not any(_says_no_more(each, than) for than in found)]
+    found = [each for each in found if not any(_is_superfluous(each, than) for than in found)]
     others = [
         each
         for each in found
-        if each.held_out_percent > _as_well(least) or (explained and each.law.takes_velocity)
+        if each.held_out_percent > _largest_equal(least) or (explained and each.law.takes_velocity)
     ]
     first = sorted(
         (each for each in found if each not in others),
         key=lambda each: (
             len(each.law.gains),
             len(each.words),
-            max(each.held_out_percent, _NEGLIGIBLE_LEFT),  # then in the order of `FORMS`
+            max(each.held_out_percent, _NEGLIGIBLE_ERROR),  # then in the order of `FORMS`
         ),
     )
     return LawSearch(
@@ -437,23 +442,22 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
     )
 
 
-def _says_no_more(law: ExplainedLaw, than: ExplainedLaw) -> bool:
+def _is_superfluous(law: ExplainedLaw, than: ExplainedLaw) -> bool:
     """Return True if a law has more gains or options than the law `than`, but no smaller error.
 
     Both must be of the same function. The error of `than` may be up to 1.1 times as large.
     """
-    (gains, words), (fewer_gains, fewer_words) = (
-        (len(each.law.gains), len(each.words)) for each in (law, than)
-    )
+    gains, words = len(law.law.gains), len(law.words)
+    fewer_gains, fewer_words = len(than.law.gains), len(than.words)
     return (
         law.function == than.function
         and fewer_gains <= gains
         and fewer_words <= words
         and (fewer_gains, fewer_words) != (gains, words)
-        and than.held_out_percent <= _as_well(law.held_out_percent)
+        and than.held_out_percent <= _largest_equal(law.held_out_percent)
     )
 
 
-def _as_well(least: float) -> float:
-    """Return the largest control error that counts as equal to a given one, %."""
-    return max(_MAX_AS_WELL * least, _NEGLIGIBLE_LEFT)
+def _largest_equal(percent: float) -> float:
+    """Return the largest control error, %, that counts as equal to a given control error, %."""
+    return max(_EQUAL_RATIO * percent, _NEGLIGIBLE_ERROR)

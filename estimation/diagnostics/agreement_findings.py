@@ -36,16 +36,17 @@ class EstimateComparison:
     Attributes
     ----------
     first, second : str
-        Methods.
+        Names of the two methods.
     differences : tuple of ParameterDifference
         Significant differences; empty where the methods agree within chance.
     largest : ParameterDifference
-        The largest significant difference, in standard errors; the largest of all without any.
+        The largest significant difference, in standard errors; the largest of all differences if
+        none is significant.
     p_value : float
         P-value of a test of all differences at once.
     is_large : bool
-        Whether a significant difference is larger than the confidence intervals and the least share
-        of the value allow.
+        Whether a significant difference is larger than the half widths of both confidence intervals
+        and than `Levels.least_share` of the value.
     """
 
     first: str
@@ -80,7 +81,7 @@ class InstrumentsAgainstOutputError(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeastSquaresAgainstInstruments(Finding):
-    """Comparison of least squares with instrumental variables, of one form of the model.
+    """Comparison of least squares with instrumental variables, for the same form of the model.
 
     Attributes
     ----------
@@ -104,7 +105,7 @@ class DirectAgainstInverse(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterBias:
-    """Bias of a parameter.
+    """Bias of the estimate of a parameter.
 
     Attributes
     ----------
@@ -136,7 +137,7 @@ class NoiseBias(Finding):
     most : float
         Threshold, in standard errors.
     instruments : str
-        Method that estimates the same form of the model by instruments; empty for none.
+        Method that estimates the same form of the model by instruments; empty if there is none.
     """
 
     method: str
@@ -154,13 +155,14 @@ class QuantisationBias(Finding):
     ----------
     method : str
     biases : tuple of ParameterBias
-        Biases beyond the threshold; empty where `fewest_steps` is not None.
+        Biases beyond the threshold; empty where the bias is unknown.
     largest : float or None
         Largest bias, in standard errors; None where it is unknown.
     most : float
         Threshold, in standard errors.
     fewest_steps : int or None
-        Where the motion has fewer steps than this the bias is unknown; None where it has more.
+        Number of steps of the position that the motion needs, if it has fewer and the bias is
+        therefore unknown; None where the bias is known.
     """
 
     method: str
@@ -179,7 +181,7 @@ class AgreementOfEstimates(Finding):
     reported : str
         Method whose estimate is reported.
     findings : tuple of Finding
-        Findings of the comparisons whose status is the worst, which is that of the check.
+        Findings of the comparisons with the worst status, which is the status of the check.
     all_pass : bool
         Whether all comparisons pass.
     """
@@ -199,7 +201,7 @@ class WeakestInstrument(Finding):
         Parameter of the column.
     conditional_f : float or None
         First-stage F statistic, conditional on the other columns; None where it is not finite, as
-        for an exact first stage.
+        for a column that the instruments explain exactly.
     least_f : float
         Threshold of the F statistic.
     is_strong : bool

@@ -44,8 +44,9 @@ from .hausman import NOTICEABLE_SHIFT, HausmanTest, significant_differences
 #: Fewest steps of a logged position in a motion for which rounding acts as noise: with 32 steps the
 #: bias of a stiffness was 22 %, and added noise of the same size did not show it.
 FEWEST_STEPS = 64
-#: Between the two methods of a comparison: the first minus the second.
+#: Text between the names of two methods in the name of a pair: the first minus the second.
 LESS = " less "
+#: Names of the pairs of methods whose estimates are compared.
 SECOND_OPINION = f"idm-iv{LESS}didim"
 LS_LESS_IV = f"idm-ls{LESS}idm-iv", f"ddm-ls{LESS}ddm-iv"
 DDM_LESS_IDM = f"ddm-ls{LESS}idm-ls"
@@ -67,8 +68,9 @@ def method_check(
 ) -> Check | Missing:
     """Return the check of the reported estimate against other estimates, and of its bias by noise.
 
-    Up to three comparisons are made; the check is that of the worst. Missing, with the reason,
-    where none can be made.
+    Up to three checks are made: IDM-IV against DIDIM, least squares against instruments, and the
+    bias of reported least squares. The one with the worst status is returned, with the findings of
+    all checks of this status. Missing, with the reason, where none can be made.
 
     Parameters
     ----------
@@ -80,8 +82,8 @@ def method_check(
         Tests by parameter, of one estimate minus another; by the pair of methods, see
         `SECOND_OPINION`.
     steps : mapping of str to float
-        Bias of the judged least squares by the steps of a logged position, see
-        `DiagnosticInputs.steps`.
+        Bias of the reported least-squares estimate by the steps of a logged position, by
+        parameter; empty where there is none, see `DiagnosticInputs.steps`.
     levels : Levels
     law_passed : bool or None
         Whether the recorded control follows the declared law; None where that cannot be checked.
@@ -94,7 +96,8 @@ def method_check(
     found = [each for each in made if isinstance(each, Check)]
     if not found:
         reasons = (each for each in compared.values() if isinstance(each, Missing))
-        return next(reasons, Missing(f"no other estimate to compare {judged.method.upper()} with"))
+        method = judged.method.upper()
+        return next(reasons, Missing(f"there is no other estimate to compare {method} with"))
     worst = min(found, key=lambda each: (WORST_FIRST.index(each.status), -(each.figure or 0.0)))
     agreement = AgreementOfEstimates(
         reported=judged.method,
@@ -175,14 +178,14 @@ def _comparison_of(
 
 
 def _difference(name: str, test: HausmanTest, other: Estimate) -> ParameterDifference:
-    """Return the finding of a difference, with its size in percent of the estimate `other`."""
+    """Return the finding of a difference from the estimate `other`, in percent of which it is."""
     value = other.parameters[name]
-    percent = 100 * test.difference / value.value if value.value else None
+    percent = float(100 * test.difference / value.value) if value.value else None
     return ParameterDifference(
         name=name,
         difference=float(test.difference),
         unit=str(value.unit),
-        percent=None if percent is None else float(percent),
+        percent=percent,
         standard_errors=float(test.shift),
     )
 
@@ -190,8 +193,8 @@ def _difference(name: str, test: HausmanTest, other: Estimate) -> ParameterDiffe
 def _is_large(name: str, difference: float, one: Estimate, other: Estimate, levels: Levels) -> bool:
     """Return True for a difference that is large for the parameter.
 
-    It is larger than the half widths of both intervals and than the least share of the value, and
-    the parameter is precise in the estimate `one`.
+    It is larger than the half widths of both 95 % intervals and than `levels.least_share` of the
+    value, and the parameter is precise in the estimate `one`.
     """
     values = one.parameters[name], other.parameters[name]
     if not values[0].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value:
@@ -208,10 +211,22 @@ def _check_of(
     name: str = "method",
     matters: bool = True,
 ) -> Check:
-    """Return the check of two estimates, of a given name.
+    """Return the check of two estimates.
 
-    Significant differences are a note. They fail the check where they are large, unless `matters`
-    is False.
+    It passes without significant differences, and fails where one of them is large. Otherwise, and
+    always if `matters` is False, significant differences are a note.
+
+    Parameters
+    ----------
+    comparison : EstimateComparison
+        Differences between the two estimates.
+    finding : Finding
+        Finding of the check, which contains the comparison.
+    levels : Levels
+    name : str
+        Name of the check.
+    matters : bool
+        Whether large differences fail the check.
     """
     status: Status = "pass"
     if comparison.differences:
@@ -223,10 +238,11 @@ def _check_of(
         finding=finding,
         figure=comparison.largest.standard_errors,
         source="largest difference of a parameter between the two estimates, in standard errors of "
-        "the second. It counts where a HAC test of all differences at once (Hausman's test with "
-        f"Hotelling's distribution) rejects equality at {100 * levels.level:g} %. The check fails "
-        f"where the difference is also more than {100 * levels.least_share:g} % of the value and "
-        "larger than the half widths of both 95 % intervals",
+        "the second. A difference counts where a HAC test of all differences at once (Hausman's "
+        "test with Hotelling's distribution) rejects equality at "
+        f"{100 * levels.level:g} %. The check fails where the difference is also more than "
+        f"{100 * levels.least_share:g} % of the value and larger than the half widths of both 95 % "
+        "intervals",
         p_value=comparison.p_value,
     )
 
@@ -234,8 +250,8 @@ def _check_of(
 def less_precise(moved: Iterable[str], iv: Estimate, didim: Estimate) -> list[str]:
     """Return the parameters with a larger standard error by DIDIM than by IDM-IV.
 
-    For these, IDM-IV is the better estimate although the control follows the declared law. Encoder
-    steps, or an unmodelled force, bias both methods.
+    For these parameters, IDM-IV is the better estimate although the control follows the declared
+    law. Encoder steps, or an unmodelled force, bias both methods.
 
     Parameters
     ----------
@@ -252,8 +268,8 @@ def less_precise(moved: Iterable[str], iv: Estimate, didim: Estimate) -> list[st
 def _bias_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) -> Check | None:
     """Return the check of a reported least-squares estimate for bias.
 
-    The bias is that by noise, if replicas show it, otherwise that by the steps of a logged
-    position. None for an estimate with instruments, and where no bias is known.
+    If simulated replicas give the bias by noise, that bias is checked, otherwise the bias by the
+    steps of a logged position. None for an estimate with instruments, and where neither is known.
     """
     if judged.Z is not None:
         return None
@@ -267,7 +283,14 @@ def _bias_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) ->
 def _noise_check(judged: Estimate, bias: Array) -> Check | None:
     """Return the check for bias by noise, which simulated replicas show; None without parameters.
 
-    It is at most a note, because the intervals of the estimate are corrected for the bias.
+    The check is at most a note, because the intervals of the estimate are corrected for the bias.
+
+    Parameters
+    ----------
+    judged : Estimate
+        Reported least-squares estimate.
+    bias : (p,) array
+        Bias of each of its parameters.
     """
     by_parameter = dict(zip(judged.parameters, map(float, bias), strict=True))
     if not by_parameter:
@@ -295,8 +318,15 @@ def _noise_check(judged: Estimate, bias: Array) -> Check | None:
 def _quantisation_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) -> Check:
     """Return the check for bias by the steps of the logged position.
 
-    `steps` has the bias of each parameter; it is infinite where the position has too few steps to
-    calculate it.
+    It fails where a bias is more than `levels.least_share` of the value.
+
+    Parameters
+    ----------
+    judged : Estimate
+        Reported least-squares estimate.
+    steps : mapping of str to float
+        Bias by parameter; infinite where the position has too few steps to calculate the bias.
+    levels : Levels
     """
     biases = _biases(judged, steps)
     noticeable = _noticeable(biases)
@@ -319,16 +349,16 @@ def _quantisation_check(judged: Estimate, steps: Mapping[str, float], levels: Le
         ),
         figure=largest,
         source="largest change of a parameter by least squares, in standard errors, when noise of "
-        "the same size as the rounding of the position is added to it. Beyond the threshold it is "
-        f"a note. The check fails where it is also more than {100 * levels.least_share:g} % of the "
-        "value",
+        "the same size as the rounding of the position is added to the position. Beyond the "
+        "threshold, the check is a note. The check fails where the change is also more than "
+        f"{100 * levels.least_share:g} % of the value",
     )
 
 
 def _biases(judged: Estimate, by_parameter: Mapping[str, float]) -> tuple[ParameterBias, ...]:
-    """Return the finding of each parameter's bias; without parameters that have no standard error.
+    """Return the bias of each parameter with a standard error, as findings.
 
-    `by_parameter` has the bias by name, in the unit of the parameter.
+    `by_parameter` has the bias by the name of the parameter, in its unit.
     """
     found = list[ParameterBias]()
     for name, bias in by_parameter.items():
@@ -346,7 +376,7 @@ def _biases(judged: Estimate, by_parameter: Mapping[str, float]) -> tuple[Parame
 
 
 def _noticeable(biases: Sequence[ParameterBias]) -> tuple[ParameterBias, ...]:
-    """Return the biases beyond the threshold."""
+    """Return the biases of more than `NOTICEABLE_SHIFT` standard errors."""
     return tuple(each for each in biases if each.standard_errors > NOTICEABLE_SHIFT)
 
 
@@ -355,8 +385,8 @@ def forms_check(
 ) -> Check | Missing | None:
     """Return the check of least squares of the direct model against that of the inverse model.
 
-    Noise biases the two in different ways. None where there are instruments, or one of the two
-    estimates is missing. Missing, with the reason, where they cannot be compared.
+    Noise biases the two in different ways. None where they are not compared: there are instruments,
+    or one of the two estimates is missing. Missing, with the reason, where they cannot be compared.
     """
     tests = compared.get(DDM_LESS_IDM)
     if isinstance(tests, Missing):
@@ -375,7 +405,7 @@ class InstrumentStrength:
     Attributes
     ----------
     r_squared : float
-        Of the regression of the column on the instruments.
+        R squared of the regression of the column on the instruments.
     shea : float
         Shea's partial R squared: R squared of the part that the other columns do not explain.
     f : float
@@ -399,8 +429,9 @@ class InstrumentTests:
     Attributes
     ----------
     columns : tuple of InstrumentStrength
+        Strength for each column of the regressor, in order.
     condition_number : float
-        Of ``Z'X``, unit columns.
+        Condition number of ``Z'X``, with columns of norm 1.
     """
 
     columns: tuple[InstrumentStrength, ...]
@@ -414,7 +445,9 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
     Weak instruments are a note for an output-error estimate, which uses only the rows of the
     simulated loop.
     """
-    j, f = min(enumerate(c.conditional_f for c in tests.columns), key=lambda each: each[1])
+    statistics = [column.conditional_f for column in tests.columns]
+    weakest = min(range(len(statistics)), key=lambda j: statistics[j])
+    f = statistics[weakest]
     figure = float(f) if np.isfinite(f) else None
     strong = bool(f >= MIN_FIRST_STAGE_F.value)
     return Check(
@@ -426,7 +459,7 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
         "other columns as in Sanderson and Windmeijer (2016). The instruments are weak below 10, "
         "the rule of Staiger and Stock (1997)",
         finding=WeakestInstrument(
-            column=judged.form.quantities[j].label,
+            column=judged.form.quantities[weakest].label,
             conditional_f=figure,
             least_f=MIN_FIRST_STAGE_F.value,
             is_strong=strong,
@@ -437,7 +470,8 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
 def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
     """Return the tests of an estimate's instruments, or the reason why there are none.
 
-    The rows are weighted by the noise of their records, see `instrument_tests`.
+    The rows are weighted as in the estimate, by the noise of their records. `estimate` is None
+    where no method with instruments gave an estimate.
     """
     if estimate is None or estimate.Z is None:
         return Missing("no method with instruments gave an estimate")
@@ -452,8 +486,8 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     """Return first-stage statistics of every column of the regressor.
 
     Each column is regressed on the instruments. R squared and F are those of this regression.
-    Shea's R squared and the conditional F are of the part that the other columns do not explain.
-    The numbers equal those of the diagnostics of the package linearmodels.
+    Shea's R squared and the conditional F apply to the part of the column that the other columns do
+    not explain. The package linearmodels gives the same numbers.
 
     Parameters
     ----------
@@ -470,31 +504,41 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     """
     n, k = X.shape
     regressor, instruments = factor(X, names), factor(Z, names, "the simulated loop")
+    # First stage: the part of each column in the span of the instruments, and its residual.
     basis = instruments.basis.astype(float)
     fitted = basis @ (basis.T @ X)
-    seen = factor(fitted, names, "the instruments together with the record")
-    plain, projected = (np.sum(each.inverse**2, axis=1) for each in (regressor, seen))
-    explained, unseen = np.sum(fitted**2, axis=0), X - fitted
-    unexplained = np.sum(unseen**2, axis=0)
+    residuals = X - fitted
+    explained, unexplained = np.sum(fitted**2, axis=0), np.sum(residuals**2, axis=0)
+    # Diagonals of (X'X)^-1 and of the same inverse for the fitted columns.
+    fitted_factor = factor(fitted, names, "the instruments together with the record")
+    inverse, fitted_inverse = (
+        np.sum(each.inverse**2, axis=1) for each in (regressor, fitted_factor)
+    )
     # Residual of each column on the others, by two-stage least squares with k - 1 of the k
     # instruments.
-    beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
+    on_others = (fitted_factor.inverse @ fitted_factor.inverse.T / fitted_inverse).astype(float)
+    unexplained_by_others = np.sum((residuals @ on_others) ** 2, axis=0)
     is_exact = unexplained <= (1e-9 * regressor.scale) ** 2
+    # The statistics of each column.
     columns = zip(
         explained / (explained + unexplained),
-        np.minimum(plain / projected, 1.0),
+        np.minimum(inverse / fitted_inverse, 1.0),
         explained / k / (unexplained / (n - k)),
-        1 / projected / (np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)),
+        1 / fitted_inverse / (np.where(is_exact, 0.0, unexplained_by_others) / (n - k)),
         strict=True,
     )
-    return InstrumentTests(
-        columns=tuple(
+    strengths = list[InstrumentStrength]()
+    for r_squared, shea, f, conditional_f in columns:
+        strengths.append(
             InstrumentStrength(
-                r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c)
+                r_squared=float(r_squared),
+                shea=float(shea),
+                f=float(f),
+                conditional_f=float(conditional_f),
             )
-            for r, shea, f, c in columns
-        ),
-        condition_number=float(
-            np.linalg.cond((Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale))
-        ),
+        )
+    unit_instruments = Z / np.linalg.norm(Z, axis=0)
+    return InstrumentTests(
+        columns=tuple(strengths),
+        condition_number=float(np.linalg.cond(unit_instruments.T @ (X / regressor.scale))),
     )

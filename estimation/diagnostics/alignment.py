@@ -44,9 +44,10 @@ from .alignment_findings import (
     UndeclaredDelay,
 )
 
-_EARLIEST, _LATEST = -1, 3  # samples
+_EARLIEST, _LATEST = -1, 3  # range of the search for the delay, samples
 _MOST_DECLARED = 8  # samples of a declared delay that the record may show to be absent
-_STEPS, _STILL = 10, 1e-3  # of Gauss-Newton; samples
+_MAX_STEPS = 10  # of Gauss-Newton
+_CONVERGED = 1e-3  # step up to which the search has converged, samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,18 +57,19 @@ class Alignment(Exact):
     Attributes
     ----------
     best : float
-        Samples by which the force acts after it is recorded; 0 is `hold` raw, 0.5 is nearly zoh.
+        Samples by which the force acts after it is recorded. The prefilter assumes 0 with the hold
+        ``raw``, and about 0.5 with ``zoh``.
     deviation : float
-        Standard error of the delay by simulated replicas of the record; HAC without them.
+        Standard error of the delay, samples: from simulated replicas of the record, otherwise HAC.
     at_the_end : bool
-        Whether the delay is at the end of its search range.
+        Whether the delay is at an end of its search range.
     by_instruments : bool
         Whether the delay is estimated with the simulated loop; otherwise with the measured motion,
         whose noise may bias it.
     sensitivity : (p,) array
-        Change of each parameter per sample of delay.
+        Change of each estimated parameter per sample of delay.
     names : tuple of str
-        Names of these parameters, which are those of the record's axis.
+        Names of these parameters, as in the axis of the record.
     units : tuple of str
         Units of these parameters.
     """
@@ -94,7 +96,7 @@ def estimate_delay(
     axis : GeneratedAxis
     record : Record
     prefilter : Prefilter
-        Its hold only changes the start of the search.
+        Filter of the rows. Its hold affects only the start of the search.
     """
     data = filtered_record(axis, record, prefilter)
     fit = METHODS["idm-ls"].fit(Problem(axis=axis, data=(data,)))
@@ -106,35 +108,43 @@ def estimate_delay(
 def alignment_of(scores: RecordScores) -> Alignment | Missing:
     """Return the estimated delay of the force in a record, from the residuals of its model.
 
-    Missing where the parameters of the model explain a delay as well. The estimate is found by
-    Gauss-Newton steps. The column of the delay is the change of the modelled force in a sample,
-    along the simulated loop where there is one. Each step shifts a cubic spline of the recorded
-    force. The errors of the filter along the loop and the mean effect of noise in the simulated
-    replicas are subtracted.
+    The estimate is found by Gauss-Newton steps. The column of the delay is the change of the
+    modelled force in a sample, along the simulated loop where there is one. Each step shifts a
+    cubic spline of the recorded force. The errors of the filter along the loop and the mean effect
+    of noise in the simulated replicas are subtracted. Missing where the parameters of the model
+    explain a delay as well.
+
+    Parameters
+    ----------
+    scores : RecordScores
+        Residuals of the record and of its simulated replicas, with the columns of the parameters.
     """
-    # Column of the delay, range of the search, and its start.
+    # Column of the delay in the rows.
     data, force = scores.data, scores.form.equations(scores.signals).predicted(scores.physical)
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
+    # Range of the search. A declared delay may be absent, so that the force acts as much earlier.
     declared = math.floor(declared_lateness(data) / data.period)
     tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
-    start = delay = (
-        # The simulated loop holds a command whatever the filter assumes.
-        law_clock(data.axis.control, data.record).hold_delay
-        if scores.by_loop
+    # Start of the search: the delay of the hold.
+    is_held_by_loop = (
+        scores.by_loop
         and data.record.force is None
         and data.axis.jumps
         and data.prefilter.hold == "raw"
-        else data.hold_delay
     )
-    deviation = np.inf
-    for _ in range(_STEPS):
+    start = data.hold_delay
+    if is_held_by_loop:  # the simulated loop holds a command whatever the filter assumes
+        start = law_clock(data.axis.control, data.record).hold_delay
+    # Gauss-Newton steps up to convergence, or up to an end of the range.
+    delay, deviation = start, np.inf
+    for _ in range(_MAX_STEPS):
         tested = _delayed(scores, delay - start).test(column[:, None])
         step = float(tested.values[0, 0])
         if step == 0 or not math.isfinite(step):
             return Missing("the parameters of the model explain a delay of the force as well")
         deviation = float(np.sqrt(tested.covariances[0, 0, 0]))
         delay += step
-        if abs(step) < _STILL or not tried[0] < delay < tried[1]:
+        if abs(step) < _CONVERGED or not tried[0] < delay < tried[1]:
             break
     parameters = [data.axis.parameters[j] for j in scores.free]
     return Alignment(
@@ -149,7 +159,11 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
 
 
 def _delayed(scores: RecordScores, samples: float) -> RecordScores:
-    """Return the residuals and columns of a record whose force is delayed by some samples."""
+    """Return the scores of a record whose force is delayed by some samples.
+
+    The residuals change by the change of the force, without the part that the parameters explain.
+    The columns stay as they are.
+    """
     from scipy.ndimage import shift
 
     delayed = scores.along.by_stretch(
@@ -175,9 +189,9 @@ def alignment_check(
 
     The check fails where the search for missing terms finds a delay. Without that search, it fails
     where the estimate is at the end of its range, or where the force acts significantly earlier
-    than the hold assumes and this moves a parameter by more than half of its interval. It is a note
-    where the control law shows the same shift of the log, which is then counted once. Missing where
-    the delay is too uncertain.
+    than the hold assumes and this changes a parameter by more than half the width of its interval.
+    It is a note where the comparison with the control law shows the same shift of the log, so that
+    the shift is counted once. Missing where the delay is too uncertain.
 
     Parameters
     ----------
@@ -185,7 +199,8 @@ def alignment_check(
         Estimated delay.
     data : FilteredRecord
     late : Misspecification, Missing or None
-        The delay among the missing terms; None where there is none; Missing without the search.
+        The delay among the missing terms; None where there is none; Missing where missing terms
+        could not be searched.
     half_widths : mapping of str to float
         Half widths of the 95 % intervals by parameter.
     law : LawAgreement or Missing
@@ -193,21 +208,27 @@ def alignment_check(
     timing : int or Missing
         Whole samples after its recording at which the force acts, see `force_timing`.
     """
+    # The comparison with the law shows the same whole samples: the control is logged elsewhere.
     role = "control" if data.record.force is None else "force"
-    shifted = 0 if isinstance(timing, Missing) or role == "force" else timing
-    by_log = isinstance(law, LawAgreement) and law.delay == -shifted != 0
-    used, apart = data.hold_delay, delay.best - data.hold_delay
-    far = delay.at_the_end and abs(apart) > MIN_DISTANCE_FROM_NOISE.value * delay.deviation
-    if delay.deviation > MAX_DELAY_DEVIATION.value and not far:
+    shift = 0 if isinstance(timing, Missing) or role == "force" else timing
+    by_log = isinstance(law, LawAgreement) and law.delay == -shift != 0
+    # Distance of the delay from that of the hold, and its significance.
+    assumed, apart = data.hold_delay, delay.best - data.hold_delay
+    noise = MIN_DISTANCE_FROM_NOISE.value * delay.deviation
+    is_far = delay.at_the_end and abs(apart) > noise
+    if delay.deviation > MAX_DELAY_DEVIATION.value and not is_far:
         return Missing(
-            f"the standard error of the delay of the force is {delay.deviation:.2g} samples, and "
-            f"more than {MAX_DELAY_DEVIATION.value:g} samples are too many for a comparison"
+            f"the standard error of the delay of the force is {delay.deviation:.2g} samples, and a "
+            f"comparison needs {MAX_DELAY_DEVIATION.value:g} samples or less"
         )
-    is_early = apart < -MIN_DISTANCE_FROM_NOISE.value * delay.deviation and any(
-        abs(slope * apart) > half_widths[name]
-        for name, slope in zip(delay.names, delay.sensitivity, strict=True)
-    )
-    aligned = not ((delay.at_the_end or is_early) if isinstance(late, Missing) else late)
+    if isinstance(late, Missing):
+        is_early = apart < -noise and any(
+            abs(slope * apart) > half_widths[name]
+            for name, slope in zip(delay.names, delay.sensitivity, strict=True)
+        )
+        aligned = not (delay.at_the_end or is_early)
+    else:
+        aligned = late is None
     return Check(
         name="alignment",
         status=status_of(aligned, matters=not by_log),
@@ -215,16 +236,17 @@ def alignment_check(
         p_value=late.p_value if isinstance(late, Misspecification) else None,
         source="estimated delay of the force minus the delay that the hold assumes, in samples. "
         "The check fails where the search for missing terms finds a delay. Without simulated "
-        "replicas it fails where the estimate is at the end of its range, and where the force is "
-        "earlier by more than three standard errors and this moves a parameter by more than half "
-        "of its 95 % interval. A drive that holds its force is half a sample late",
+        "replicas it fails where the estimate is at the end of its range. It then also fails where "
+        "the force acts earlier by more than three standard errors and this changes a parameter by "
+        "more than half the width of its 95 % interval. A force that a drive holds over each "
+        "sample acts half a sample late",
         finding=ForceDelay(
             delay=delay.best,
             standard_error=delay.deviation,
             is_at_end=delay.at_the_end,
             by_instruments=delay.by_instruments,
             hold=data.prefilter.hold,
-            supposed=used,
+            supposed=assumed,
             apart=apart,
             is_aligned=aligned,
             role=role,
@@ -248,12 +270,13 @@ def _remedies(
 ) -> tuple[Finding, ...]:
     """Return changes that align force and motion, in the order in which to try them.
 
-    If the other hold explains the delay, it is the only change. Otherwise they are changes of the
-    declared delay of the drive, or a shift of the column in the log.
+    If the other hold explains the delay, it is the only change. Otherwise the changes are another
+    declared delay of the drive, and a shift of the column in the log.
 
     Parameters
     ----------
     delay : Alignment
+        Estimated delay of the force.
     data : FilteredRecord
     timing : int or Missing
         Whole samples after its recording at which the force acts, see `force_timing`.
@@ -262,23 +285,28 @@ def _remedies(
     by_log : bool
         Whether the control law shows that the log wrote the control at another time.
     """
+    # Samples by which the force acts later than the hold assumes.
     axis, period, late = data.axis, data.record.period, delay.best - data.hold_delay
     declared = declared_lateness(data)
-    # The declared delay of the drive is too long.
+    # The force is early because the declared delay of the drive is too long.
     is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared
-    zoh = law_clock(axis.control, data.record).hold_delay
-    other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
-    if abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared:
+    # The other hold, and the delay that it assumes.
+    zoh_delay = law_clock(axis.control, data.record).hold_delay
+    other, other_delay = ("zoh", zoh_delay) if data.prefilter.hold == "raw" else ("raw", 0.0)
+    if abs(delay.best - other_delay) <= MAX_MISALIGNMENT.value and not is_declared:
         # If the log is slower than the loop, a logged control acts for a part of a sample.
         return (OtherHold(hold=other, or_law_period=axis.control is None and other == "raw"),)
+    # A shift of the column in the log, and a delay beyond the search range.
     by_shift: tuple[Finding, ...] = ()
     if timing and not isinstance(timing, Missing):  # whole samples, as by a shift in the log
         by_shift = (LoggedAtOtherTime(role=role, samples=timing),)
     if delay.at_the_end and late > 0 and not by_shift:
         return (DelayBeyondRange(role=role, samples=round(late), seconds=late * period),)
+    # A declared delay of the drive cannot be the cause.
     is_continuous = axis.control is not None and axis.control.continuous
     if by_log or data.record.force is not None or is_continuous:
         return by_shift
+    # A shorter or a longer declared delay of the drive.
     if late < 0 and declared:
         remaining = declared + late * period
         too_long = DeclaredTooLong(
@@ -295,10 +323,10 @@ def _remedies(
 
 
 def declared_lateness(data: FilteredRecord) -> float:
-    """Return the declared delay of the force behind the recorded control, s.
+    """Return the declared delay of the force relative to the recorded control, s.
 
-    It is the delay and the lag of the drive, as far as they act behind the point where the control
-    is logged.
+    It is the sum of delay and lag of the drive for a logged command, the lag for a logged control
+    that already includes the delay, and otherwise 0.
     """
     drive = data.axis.drive
     return float({"command": drive.delay + drive.lag, "applied": drive.lag}.get(drive.logged, 0.0))
@@ -308,8 +336,8 @@ def declared_lateness(data: FilteredRecord) -> float:
 def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
     """Return the whole samples between the recording of the force and its action.
 
-    The delay of the hold is not counted. Missing where the delay is uncertain, at the end of its
-    range, or not near a whole number.
+    The delay of the hold is not counted. Missing where the estimated delay, `found`, is uncertain,
+    at the end of its range, or not near a whole number of samples.
     """
     if found.deviation > MAX_DELAY_DEVIATION.value or found.at_the_end:
         return Missing("the motion does not show when the force acts")
@@ -323,22 +351,34 @@ def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
 
 
 def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) -> LawAgreement:
-    """Return a comparison of the law whose late control says whether law or log is wrong.
+    """Return the comparison of a law, with the source of a late control: the law or the log.
 
-    The motion shows this, by the `timing` of the force. Comparisons without a late control are
-    returned unchanged.
+    The motion shows the source. A comparison without a late control is returned unchanged.
+
+    Parameters
+    ----------
+    law : LawAgreement
+        Comparison of the control law with the record.
+    data : FilteredRecord
+    timing : int or Missing
+        Whole samples between the recording of the force and its action, see `force_timing`.
     """
     finding = law.finding
     if isinstance(finding, FoundByReading) and isinstance(finding.finding, LateControl):
-        late = _blamed(finding.finding, data, timing)
+        late = _with_source(finding.finding, data, timing)
         return replace(law, finding=replace(finding, finding=late))
     if isinstance(finding, LateControl):
-        return replace(law, finding=_blamed(finding, data, timing))
+        return replace(law, finding=_with_source(finding, data, timing))
     return law
 
 
-def _blamed(late: LateControl, data: FilteredRecord, timing: int | Missing) -> LateControl:
-    """Return the finding of a late control, with the cause and the remedy that the motion shows."""
+def _with_source(late: LateControl, data: FilteredRecord, timing: int | Missing) -> LateControl:
+    """Return the finding of a late control, with the source and the remedy that the motion shows.
+
+    If the force acts whole samples after its recording, the log is wrong. Otherwise the declared
+    delay of the law is wrong, or, for a control that comes before any law could give it, the
+    position or the reference.
+    """
     law = data.axis.control
     if late.is_at_least or law is None or law.continuous:
         return late

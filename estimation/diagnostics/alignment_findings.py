@@ -1,4 +1,4 @@
-"""Findings of the delay of the force, and remedies that align the force with the motion."""
+"""Findings about the delay of the force, and remedies that align the force with the motion."""
 
 from dataclasses import dataclass
 
@@ -7,11 +7,12 @@ from axisid.estimation.findings import Finding
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OtherHold(Finding):
-    """The hold that assumes the estimated delay of the force.
+    """Remedy: the other hold of the prefilter, which assumes the estimated delay of the force.
 
     Attributes
     ----------
     hold : {"zoh", "raw"}
+        Hold to set.
     or_law_period : bool
         Whether a control law with its period may be declared instead.
     """
@@ -22,13 +23,14 @@ class OtherHold(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoggedAtOtherTime(Finding):
-    """A control or force that the log may write at another time than it acts.
+    """Remedy: a shift of a control or force that was logged at another time than it acts.
 
     Attributes
     ----------
     role : {"control", "force"}
+        Column to shift.
     samples : int
-        Shift of the column that corrects it; positive if it is logged before it acts.
+        Shift to later times; positive if the column is logged before it acts.
     """
 
     role: str
@@ -37,15 +39,16 @@ class LoggedAtOtherTime(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DelayBeyondRange(Finding):
-    """A delay of the force that is larger than any that was tried.
+    """A delay of the force at the upper end of its search range.
 
     Attributes
     ----------
     role : {"control", "force"}
+        Column that gives the force.
     samples : int
-        Delay that is not yet taken into account, at least.
+        Least delay in addition to that of the hold, samples.
     seconds : float
-        This delay, s.
+        The same delay, s.
     """
 
     role: str
@@ -55,7 +58,7 @@ class DelayBeyondRange(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeclaredTooLong(Finding):
-    """A declared delay and lag of the drive that are longer than the delay of the force.
+    """Remedy: a shorter delay and lag of the drive, because the declared sum is too long.
 
     Attributes
     ----------
@@ -64,9 +67,9 @@ class DeclaredTooLong(Finding):
     excess : float
         Amount by which the sum is too long, s.
     is_at_least : bool
-        Whether the excess is the largest that was tried.
+        Whether the excess is the end of the search range, and may be larger.
     remaining : float
-        Correct sum to declare, s; 0 for none.
+        Correct sum to declare, s; 0 for no delay and lag.
     """
 
     declared: float
@@ -77,14 +80,14 @@ class DeclaredTooLong(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UndeclaredDelay(Finding):
-    """A delay between command and force that the drive does not declare.
+    """Remedy: a declaration of a delay between command and force.
 
     Attributes
     ----------
     seconds : float
-        Delay and lag to declare, s.
+        Sum of delay and lag to declare, s.
     is_further : bool
-        Whether this is in addition to a declared delay or lag.
+        Whether the sum is in addition to a declared delay or lag.
     """
 
     seconds: float
@@ -99,7 +102,7 @@ class EffectOfDelay:
     ----------
     parameter : str
     per_sample : float
-        Change for a delay of one sample.
+        Change for a delay of one sample, in `unit`.
     unit : str
     """
 
@@ -124,18 +127,20 @@ class ForceDelay(Finding):
         Whether the delay is estimated with the simulated loop; otherwise by least squares, which
         noise may bias.
     hold : {"raw", "zoh"} or None
-        Hold of the prefilter.
+        Hold of the prefilter; None where the prefilter sets none.
     supposed : float
         Delay of the force that the hold assumes, samples: 0 for raw, about 0.5 for zoh.
     apart : float
         Delay minus the assumed delay, samples.
     is_aligned : bool
-        Whether both agree.
+        Whether the two delays agree.
     role : {"control", "force"}
         Column that gives the force.
     remedies : tuple of Finding
-        Changes that make both agree, in order.
+        Changes that make the two delays agree, in the order in which to try them; empty if they
+        agree.
     effects : tuple of EffectOfDelay
+        Change of each parameter by a delay of the force.
     """
 
     delay: float

@@ -1,7 +1,7 @@
 """All diagnostics of a result, in the order of the verdict, and their measurements.
 
-No check passes silently: a check that could not be made is reported as such. None is a universal
-gate; each names the source of its threshold.
+A check that could not be made is reported as not evaluated; it never passes silently. Each check
+names the source of its threshold, because no threshold holds for every purpose.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -57,19 +57,20 @@ class RecordDiagnosis(Exact):
     Attributes
     ----------
     law : LawAgreement or Missing
-        Agreement of the recorded control with the declared law, or why it cannot be checked.
+        Comparison of the recorded control with the declared law; Missing, with the reason, where it
+        is unavailable.
     alignment : Alignment or Missing
-        The delay of the force, or why it cannot be measured.
+        Estimated delay of the force; Missing, with the reason, where it cannot be estimated.
     verdict : tuple of Check
-        All checks; for one of several records those of that record.
+        All checks; for one of several records, the checks of that record.
     lack_of_fit : LackOfFit or None
         Split of the residual of the reported estimate into a part that repeats and noise; None
-        where the reference does not repeat, or there is none.
+        where there is no reference, or it does not repeat.
     motions : mapping of str to ColumnComparison or Missing
         Comparison of a measured velocity and acceleration with a derivative, by role.
     apart : RecordDifference or Missing
-        Difference of the parameters of this record from those of the others; Missing for a single
-        record, and where it is unknown.
+        Difference of the parameters of this record from those of the others; Missing, with the
+        reason, for a single record and where the difference is unknown.
     """
 
     law: LawAgreement | Missing
@@ -90,7 +91,7 @@ class Diagnosis(RecordDiagnosis):
     Attributes
     ----------
     preferred : str
-        Method whose estimate the checks apply to.
+        Method whose estimate is reported; the checks apply to it.
     instruments : InstrumentTests or None
         Tests of the instruments of `preferred`, or of IDM-IV where `preferred` is output error;
         None without instruments.
@@ -99,8 +100,9 @@ class Diagnosis(RecordDiagnosis):
     bands : mapping of str to mapping of str to JackknifeInterval
         Jackknife intervals for the effect of the model error, by method and physical parameter.
     with_missing_terms : mapping of str to tuple of float
-        Value of each physical parameter in a model with the missing term, by name. It has two
-        values, forward and backward, where these differ. Empty unless *missing terms* fails.
+        Value of each physical parameter in a model with the missing term, by name. A parameter that
+        differs between directions has two values, forward and backward. Empty unless the check
+        *missing terms* fails.
     differences : mapping of str to mapping of str to HausmanTest
         Tests of the difference between two estimates, by pair of methods and physical parameter.
         The pair ``idm-iv less didim`` is IDM-IV minus DIDIM.
@@ -126,12 +128,13 @@ class Diagnostic:
     name : str
         Name of the check.
     check : callable
-        Returns the check of a result, or why it cannot be made; None where there is nothing to
+        Function that makes the check from the inputs of a result or of one record. It returns
+        Missing, with the reason, where the check cannot be made, and None where there is nothing to
         check.
     by_record : bool
-        Whether it checks a single record. Each of several records is then checked.
+        Whether the check is made for each record separately; otherwise once for the result.
     several : bool
-        Whether it applies to several records only.
+        Whether the check is made for several records only.
     """
 
     name: str
@@ -143,27 +146,74 @@ class Diagnostic:
 def _method(case: DiagnosticInputs) -> Check | Missing | None:
     """Return the check of the reported estimate against others, and of its bias by noise.
 
-    Only least squares has such a bias. None if the only estimate is by instruments: it has no other
-    estimate to compare with, and no such bias to check.
+    Only least squares has such a bias. None if the only estimate is by instruments: there is then
+    no other estimate to compare with, and no such bias to check.
     """
     if len(case.estimates) == 1 and case.preferred.Z is not None:
-        return None  # no other estimate, and no bias of least squares
+        return None
+    # None for the law means that some record could not be compared with it.
+    law_passed = None if any(isinstance(law, Missing) for law in case.laws) else case.laws_hold
     return method_check(
         case.preferred,
         case.estimates,
         case.compared,
         case.steps,
         case.levels,
-        law_passed=None if any(isinstance(law, Missing) for law in case.laws) else case.laws_hold,
+        law_passed=law_passed,
     )
 
 
 def _moved_parameters(case: DiagnosticInputs) -> Check | Missing | None:
-    """Return the failed check of a parameter that a missing term moves too far; None otherwise."""
+    """Return the failed check of a parameter that a missing term changes too much, or None."""
     lacking = value_or((), lambda: case.lacking)
     if not lacking:
         return None
     return moved_parameters_check(missing_terms_check(lacking, case), lacking)
+
+
+def _nominal_values(case: DiagnosticInputs) -> Check | None:
+    """Return a note on estimates of another order of magnitude than nominal; None without any."""
+    found = []
+    for parameter in case.preferred.form.declared:
+        value = case.preferred.parameters.get(parameter.name)
+        if value is not None:
+            found.append((parameter, value.corrected, value.interval))
+    return nominal_check(found)
+
+
+def _simulation(case: DiagnosticInputs) -> Check | Missing:
+    """Return the check of the simulation error of the reported estimate."""
+    # If the law is correct, an incomplete model may be the cause of the simulation error.
+    is_misspecified = case.laws_hold and fails(
+        unless_faulty(lambda: missing_terms_check(case.lacking, case))
+    )
+    found = simulation_error_check(case.preferred, case.data.rest, misspecified=is_misspecified)
+    return case.if_used(found)
+
+
+def _fixed_values(case: DiagnosticInputs) -> Check | Missing | None:
+    """Return the check of values that are known independently; None if the axis has none."""
+    if not case.data.axis.base.known:
+        return None
+    return fixed_check(case.preferred, case.levels.level)
+
+
+def _physical_parameters(case: DiagnosticInputs) -> Check | Missing | None:
+    """Return the check of restrictions by physical parameters; None if the axis has known values.
+
+    The known values and these restrictions are then checked together, see `_fixed_values`.
+    """
+    if case.data.axis.base.known:
+        return None
+    return fixed_check(case.preferred, case.levels.level)
+
+
+def _recorded_signals(case: DiagnosticInputs) -> Check | Missing | None:
+    """Return the check for late or wrongly scaled signals; None for an axis without signals."""
+    axis, record = case.data.axis, case.data.record
+    if not axis.signals:
+        return None
+    return misspecification_check(case.lacking, "recorded signals", axis, record, case.levels)
 
 
 #: All diagnostics by name, in the order of the verdict.
@@ -199,48 +249,12 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             name="bounds",
             check=lambda case: within_bounds(case.preferred, case.problem.rest, case.problem.held),
         ),
-        Diagnostic(
-            name=NOMINAL_VALUES,
-            check=lambda case: nominal_check(
-                (
-                    p,
-                    case.preferred.parameters[p.name].corrected,
-                    case.preferred.parameters[p.name].interval,
-                )
-                for p in case.preferred.form.declared
-                if p.name in case.preferred.parameters
-            ),
-        ),
-        Diagnostic(
-            name="simulation",
-            check=lambda case: case.if_used(
-                simulation_error_check(
-                    case.preferred,
-                    case.data.rest,
-                    misspecified=case.laws_hold
-                    and fails(unless_faulty(lambda: missing_terms_check(case.lacking, case))),
-                )
-            ),
-            by_record=True,
-        ),
+        Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
+        Diagnostic(name="simulation", check=_simulation, by_record=True),
         Diagnostic(name="outliers", check=outliers_check, by_record=True),
         Diagnostic(name="alignment", check=lambda case: case.aligned, by_record=True),
-        Diagnostic(
-            name="fixed values",
-            check=lambda case: (
-                fixed_check(case.preferred, case.levels.level)
-                if case.data.axis.base.known
-                else None
-            ),
-        ),
-        Diagnostic(
-            name="physical parameters",
-            check=lambda case: (
-                None
-                if case.data.axis.base.known
-                else fixed_check(case.preferred, case.levels.level)
-            ),
-        ),
+        Diagnostic(name="fixed values", check=_fixed_values),
+        Diagnostic(name="physical parameters", check=_physical_parameters),
         Diagnostic(
             name="force against control",
             check=lambda case: force_check(case.data.axis, case.data.record),
@@ -260,21 +274,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             ),
             by_record=True,
         ),
-        Diagnostic(
-            name="recorded signals",
-            check=lambda case: (
-                misspecification_check(
-                    case.lacking,
-                    "recorded signals",
-                    case.data.axis,
-                    case.data.record,
-                    case.levels,
-                )
-                if case.data.axis.signals
-                else None
-            ),
-            by_record=True,
-        ),
+        Diagnostic(name="recorded signals", check=_recorded_signals, by_record=True),
         Diagnostic(
             name="control against limit",
             check=lambda case: limit_check(case.data.axis, case.data.record),
@@ -322,46 +322,65 @@ def diagnose(case: DiagnosticInputs) -> Diagnosis:
 
     Checks of single records are made for each record, and joined into one for the verdict. Law,
     alignment and motion of the result are those of the first record whose check of them fails.
+
+    Parameters
+    ----------
+    case : DiagnosticInputs
+        The result to be checked.
     """
+    # Checks of each record, by name: one for each part of the inputs.
     by_record = {
         d.name: [made(d.name, partial(d.check, part)) for part in case.parts]
         for d in DIAGNOSTICS.values()
         if d.by_record
     }
+    # Measurements of each record.
     alike = unless_faulty(lambda: case.alike)
     names = record_labels([data.record for data in case.problem.data])
-    records = [
-        RecordDiagnosis(
+    records = list[RecordDiagnosis]()
+    for i, part in enumerate(case.parts):
+        checks_of_record = [found[i] for found in by_record.values()]
+        diagnosis = RecordDiagnosis(
             law=unless_faulty(partial(getattr, part, "law")),
             alignment=unless_faulty(partial(getattr, part, "alignment")),
             motions=value_or({}, partial(getattr, part, "motions")),
             lack_of_fit=value_or(None, partial(getattr, part, "lack_of_fit")),
-            verdict=tuple(check for found in by_record.values() if (check := found[i]) is not None),
+            verdict=tuple(check for check in checks_of_record if check is not None),
             apart=alike if isinstance(alike, Missing) else alike.records[i],
         )
-        for i, part in enumerate(case.parts)
-    ]
-    checks = (
-        joined(by_record[name], names) if d.by_record else made(name, partial(d.check, case))
-        for name, d in DIAGNOSTICS.items()
-        if not (d.several and len(names) == 1)
-    )
-    are_named = fails(by_record["missing terms"][0])
+        records.append(diagnosis)
+    # Records whose law, alignment and motion are reported.
     law, alignment, velocity = (
         records[_first_failing(by_record[name])]
         for name in ("control law", "alignment", "measured velocity")
     )
+    # Measurements of the whole result.
+    preferred = case.method
+    instruments = value_or(None, lambda: case.instruments)
+    excitation = value_or((), lambda: case.excitation)
+    # Checks in the order of the verdict.
+    verdict = list[Check]()
+    for name, diagnostic in DIAGNOSTICS.items():
+        if diagnostic.several and len(names) == 1:
+            continue
+        if diagnostic.by_record:
+            check = joined(by_record[name], names)
+        else:
+            check = made(name, partial(diagnostic.check, case))
+        if check is not None:
+            verdict.append(check)
+    has_missing_terms = fails(by_record["missing terms"][0]) and not case.has_parts
     return Diagnosis(
-        preferred=case.method,
+        preferred=preferred,
         law=law.law,
-        instruments=value_or(None, lambda: case.instruments),
-        excitation=value_or((), lambda: case.excitation),
+        instruments=instruments,
+        excitation=excitation,
         alignment=alignment.alignment,
         motions=velocity.motions,
-        verdict=tuple(check for check in checks if check is not None),
+        verdict=tuple(verdict),
         lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
         bands={} if case.has_parts else value_or({}, lambda: case.bands),
-        with_missing_terms=case.with_missing_terms if are_named and not case.has_parts else {},
+        with_missing_terms=case.with_missing_terms if has_missing_terms else {},
         records=tuple(records) if len(records) > 1 else (),
         differences=value_or(
             {},
@@ -373,10 +392,10 @@ def diagnose(case: DiagnosticInputs) -> Diagnosis:
 def _first_failing(found: Sequence[Check | None]) -> int:
     """Return the index of the record shown in the report: the first failed, otherwise the first.
 
-    `found` has the same check of each record, or None. A check that raised an error counts as
-    failed but has no figure: a failed check with a figure comes first.
+    `found` has the same check of each record, or None. A check that a fault prevented counts as
+    failed but has no figure. A failed check with a figure therefore comes first.
     """
-    fails = (
+    failed = [
         (each.figure is None, i) for i, each in enumerate(found) if each and each.status == "fail"
-    )
-    return min(fails, default=(False, 0))[1]
+    ]
+    return min(failed, default=(False, 0))[1]

@@ -6,9 +6,9 @@ true factor lies between the two [Frisch1934]_. The delay is found by shifting t
 until the regression gives a delay of 0, where noise attenuates nothing.
 
 A force is compared with the force that the drive makes of the control, a velocity with the
-derivative of the position, an acceleration with the derivative of the velocity. A factor between
-them is a unit or a scale, a delay is that of a filter in the drive or the logger, a constant is the
-zero of a sensor.
+derivative of the position, an acceleration with the derivative of the velocity or the second
+derivative of the position. The usual cause of a factor between them is a unit or a scale, that of a
+delay is a filter in the drive or the logger, and that of a constant is the zero of a sensor.
 """
 
 from collections.abc import Sequence
@@ -53,25 +53,27 @@ from .column_findings import (
     MotionReference,
 )
 
-# Hz; columns are compared below it, far below the bandwidth of any current loop
+# Hz; columns are compared below this frequency, far below the bandwidth of any current loop
 _MAX_CUTOFF = 30.0
 # fewest samples that are compared, in settling times of the low-pass
 _MIN_SETTLING_TIMES = 10
-MAX_COLUMN_OFFSET = 0.01  # constant between the two, relative to the rms of the computed one
-# % of the computed column, unexplained by factor, delay and constant; beyond it the column is
+MAX_COLUMN_OFFSET = 0.01  # constant between both columns, relative to the rms of the computed one
+# % of the computed column that factor, delay and constant do not explain; with more, the column is
 # another signal, as noise in the band is far less
 _MAX_DIFFERENCE = 30.0
 
-_OFTEN = 4  # rows per period of the highest frequency in the band
-_STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
-_FARTHEST = 50.0  # largest delay that is searched for, samples
+_ROWS_PER_PERIOD = 4  # of the highest frequency in the band
+_MAX_STEPS = 12  # of the search for the delay
+_CONVERGED = 1e-3  # step up to which the search has converged, samples
+_MAX_DELAY = 50.0  # largest delay that is searched for, samples
 _MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and the force by the control
 _TINY = 1e-300
 _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
 # share of the samples at which the control may be beyond the limit, such as spikes
 _MAX_LIMIT_EXCESS_SHARE = 1e-3
-# in the order in which they are corrected
+# properties of a measured column, in the order in which they are corrected
 _CORRECTED: tuple[ColumnFault, ...] = ("delay", "factor", "offset")
+# names in a finding of the distances in `ColumnComparison.distances`
 _PARTS: dict[str, Literal["factor", "delay", "offset", "unexplained part"]] = {
     "factor": "factor",
     "delay": "delay",
@@ -97,9 +99,10 @@ class ColumnComparison:
     Attributes
     ----------
     factor : float
-        Measured divided by computed, the middle of its range; null for unrelated columns.
+        Measured divided by computed column: the middle of the range that noise allows; null for
+        unrelated columns.
     factor_deviation : float
-        Half the range of the factor that noise allows.
+        Half the width of the range of the factor, combined with the standard error of a regression.
     delay : float
         Delay of the measured column, samples.
     delay_deviation : float
@@ -111,8 +114,8 @@ class ColumnComparison:
     size : float
         Root mean square of the computed column, SI.
     left_percent : float
-        Part of one column that the other one, its derivative and a constant do not explain, percent
-        of the column (rms).
+        Part of a column that the other column, its derivative and a constant do not explain, in
+        percent of the column (rms).
     """
 
     factor: MaybeNan
@@ -128,8 +131,8 @@ class ColumnComparison:
     def distances(self) -> dict[str, float]:
         """Distance of the factor from 1, and of delay, constant and residual from 0, by name.
 
-        Each distance is divided by its tolerance, and is too large above 1. The residual has the
-        name ``left``, the constant the name ``offset``.
+        Each distance is divided by its tolerance, and is too large above 1. The names are
+        ``factor``, ``delay``, ``offset`` for the constant, and ``left`` for the unexplained part.
         """
         far = MIN_DISTANCE_FROM_NOISE.value
         return {
@@ -143,7 +146,7 @@ class ColumnComparison:
 
     @property
     def worst(self) -> float:
-        """Largest of the `distances`; a column is wrong where it is more than 1."""
+        """Largest of the `distances`; the measured column is wrong if this is more than 1."""
         return max(self.distances.values())
 
 
@@ -152,9 +155,14 @@ def compared_columns(columns: Columns) -> ColumnComparison | Missing:
     """Return the comparison of two columns; Missing where the axis hardly moves in the rows.
 
     The measured column is regressed on the computed one, its derivative and a constant. The
-    computed column is shifted by the delay until the regression finds no further delay. Unrelated
-    signals have a delay of 0. The reverse regression then gives the other end of the range of the
-    factor.
+    computed column is shifted by the delay until the regression finds no further delay. If the
+    delay leaves the search range, as for unrelated signals, it is set to 0. The reverse regression
+    then gives the other end of the range of the factor.
+
+    Parameters
+    ----------
+    columns : Columns
+        Both columns, and the rows to compare.
     """
     computed, measured, rows, step = columns
     order = RowTimes(rows // step)
@@ -165,32 +173,34 @@ def compared_columns(columns: Columns) -> ColumnComparison | Missing:
         regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
         return least_squares(target[rows], regressor)
 
-    delay, moved = 0.0, computed
+    delay, shifted = 0.0, computed
     try:
-        fitted = first = fit(computed, measured)
-        for _ in range(_STEPS):
+        # Shift of the computed column, up to a regression without a delay.
+        fitted = unshifted = fit(computed, measured)
+        for _ in range(_MAX_STEPS):
             gain, by_sample, _ = map(float, fitted.theta)
             change = -by_sample / gain if gain else np.inf
-            if abs(change) < _STILL:
+            if abs(change) < _CONVERGED:
                 break
-            if not abs(delay + change) < _FARTHEST:
-                delay, moved, fitted = 0.0, computed, first
+            if not abs(delay + change) < _MAX_DELAY:
+                delay, shifted, fitted = 0.0, computed, unshifted
                 break
             delay += change
-            moved = np.asarray(
+            shifted = np.asarray(
                 scipy.ndimage.shift(computed, delay, order=3, mode="nearest"), dtype=float
             )
-            fitted = fit(moved, measured)
-        back = fit(measured, moved)
+            fitted = fit(shifted, measured)
+        reverse = fit(measured, shifted)
     except EstimationError:
         return Missing("the axis hardly moves in the compared samples")
-    deviations = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(fitted)))
-    ways = float(fitted.theta[0]), 1 / (float(back.theta[0]) or _TINY)
-    gain = sum(ways) / 2
-    correlation_squared = float(fitted.theta[0] * back.theta[0])  # partial
+    # Range of the factor, from both regressions, and standard errors.
+    deviations = np.sqrt(np.diag(Hac(2 * _ROWS_PER_PERIOD).matrix(fitted)))
+    factors = float(fitted.theta[0]), 1 / (float(reverse.theta[0]) or _TINY)
+    gain = sum(factors) / 2
+    correlation_squared = float(fitted.theta[0] * reverse.theta[0])  # partial
     return ColumnComparison(
         factor=gain,
-        factor_deviation=float(np.hypot(deviations[0], np.subtract(*ways) / 2)),
+        factor_deviation=float(np.hypot(deviations[0], np.subtract(*factors) / 2)),
         delay=delay,
         delay_deviation=float(deviations[1] / abs(gain)) if gain else float("inf"),
         offset=float(fitted.theta[2]),
@@ -205,22 +215,33 @@ def low_passed(
 ) -> Columns | Missing:
     """Return two columns of a record of one segment after the same low-pass, and rows to compare.
 
-    The computed column is also differentiated `times` times. The rows are decimated samples, which
-    suffices below the cut-off. Missing where too few consecutive samples are not masked.
+    The computed column is also differentiated. The rows are decimated samples, which suffices below
+    the cut-off. Missing where too few consecutive samples are not masked.
+
+    Parameters
+    ----------
+    record : Record
+        Record without gaps.
+    computed, measured : (N,) array
+        The two columns.
+    times : int
+        Number of derivatives of the computed column.
     """
     period = record.period
     cutoff = min(COMPARISON_CUTOFF.value / period, _MAX_CUTOFF)
     settle = round(1 / (cutoff * period))
     used = scipy.ndimage.minimum_filter1d(unmasked(record), 2 * settle + 1, mode="constant", cval=0)
     if used.sum() < _MIN_SETTLING_TIMES * settle:
-        return Missing("the record has too few consecutive samples without mask")
+        return Missing(
+            "the record has too few consecutive samples that are not masked. Record a longer motion"
+        )
     smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
     computed, measured = smooth.low_passed(computed), smooth.low_passed(measured)
     for _ in range(times):
         computed = np.gradient(computed, period)
         # Means over the two samples that a central difference spans, by Simpson's rule.
         measured[1:-1] = (measured[:-2] + 4 * measured[1:-1] + measured[2:]) / 6
-    step = max(settle // _OFTEN, 1)
+    step = max(settle // _ROWS_PER_PERIOD, 1)
     return computed, measured, np.flatnonzero(used).astype(np.int64)[::step], step
 
 
@@ -232,16 +253,17 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     if record.force is None or record.control is None:
         return None
     drive, longest = axis.drive, record.longest()
-    of_maker = (
-        "gain times control" if drive.is_gain else "the force that the drive makes of the control"
-    )
-    commanded, by_gain = _commanded(axis, longest)
+    computed_force = "the force that the drive makes of the control"
+    if drive.is_gain:
+        computed_force = "gain times control"
     # After a low-pass, the dynamics of the current loop and its sensor do not affect the factor.
+    commanded, by_gain = _commanded(axis, longest)
     compared = _compared(low_passed(longest, commanded, np.asarray(longest.force)))
     if isinstance(compared, Missing):
         return compared
     apart, found = compared
     lag = found.delay * record.period
+    # The factor is as uncertain as the declared gain.
     deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
     fault = _fault_of_force(replace(found, factor_deviation=deviation), apart, lag)
     return Check(
@@ -249,11 +271,11 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
         status=status_of(fault is None),
         figure=apart if np.isfinite(apart) else None,
         threshold=_MAX_FORCE_DIFFERENCE,
-        source="difference between the recorded force and the force by the control, in percent of "
-        f"{of_maker} (rms), at frequencies far below the bandwidth of a current loop. The check "
-        "also fails for a lag of more than 5 ms, for a factor that differs from 1 by more than 1 % "
-        "and three standard errors (including that of the gain), and for a constant of more than "
-        "1 % of the force and three standard errors",
+        source="difference between the recorded force and the force from the control, in percent "
+        f"of {computed_force} (rms), at frequencies far below the bandwidth of a current loop. The "
+        "check also fails for a lag of more than 5 ms, for a factor that differs from 1 by more "
+        "than 1 % and three standard errors (including that of the gain), and for a constant of "
+        "more than 1 % of the force and three standard errors",
         finding=ForceAgainstControl(
             fault=fault,
             difference_percent=apart,
@@ -272,16 +294,17 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
 def _fault_of_force(
     found: ColumnComparison, apart: float, lag: float
 ) -> Literal["scale", "offset", "other"] | None:
-    """Return the kind of the difference between the recorded force and that by the control.
+    """Return the kind of the difference between the recorded force and that from the control.
 
-    None where they agree. It is ``scale`` for a factor alone, ``offset`` for a constant alone, and
-    ``other`` for a late force or a larger difference.
+    None where they agree. The first cause that applies is returned: ``other`` for a large
+    difference, ``scale`` for a factor, ``other`` for a late force, ``offset`` for a constant.
 
     Parameters
     ----------
     found : ColumnComparison
+        Comparison, with the uncertainty of the declared gain in that of the factor.
     apart : float
-        Difference, percent of the force by the control (rms).
+        Difference, percent of the force from the control (rms).
     lag : float
         Lag of the recorded force, s.
     """
@@ -296,10 +319,10 @@ def _fault_of_force(
 
 
 def _gain_of_force(axis: GeneratedAxis, factor: float) -> GainOfForce | None:
-    """Return the declared drive gain and the one that fits the force.
+    """Return the declared drive gain and the gain that fits the recorded force.
 
-    None for a drive that is more than a gain. `factor` is the recorded force over that by the
-    declared gain.
+    None for a drive that is more than a gain. `factor` is the recorded force divided by the force
+    with the declared gain.
     """
     drive = axis.drive
     if not drive.is_gain:
@@ -314,7 +337,8 @@ def _gain_of_force(axis: GeneratedAxis, factor: float) -> GainOfForce | None:
 def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     """Return the check of the recorded control against the limit of the drive.
 
-    None without a control, without a limit, and where all samples are masked.
+    It is at most a note for a record with a force, because only the simulated loop then uses the
+    control. None without a control, without a limit, and where all samples are masked.
     """
     drive = axis.drive
     if record.control is None or not np.isfinite(drive.limit):
@@ -344,11 +368,12 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
 
 
 def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
-    """Return the force by the control of a record without gaps, (N,), and its slope by the gain.
+    """Return the force from the control of a record without gaps, (N,), and its slope by the gain.
 
     The slope is the relative change of the force by a relative change of the drive gain: 1 for a
     force that is proportional to the gain.
     """
+    # Inputs of the drive: control, motion and recorded signals.
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
     along = (
         acting_control(axis, np.asarray(record.control), [0], record.period),
@@ -359,6 +384,7 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
         axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
     )
     commanded, slope = (drive.force(*along, by_gain=by_gain) for by_gain in (False, True))
+    # The slope is a regression of the derivative on the force itself.
     used = unmasked(record)
     power = float(commanded[used] @ commanded[used])
     return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0
@@ -370,27 +396,31 @@ def _compared(columns: Columns) -> tuple[float, ColumnComparison] | Missing:
 
     The difference is the root mean square in percent of the computed force. Behind a gear, the
     residual is not noise. The uncertainty of factor and constant is therefore at least a third of
-    the residual.
+    the residual. Missing where the columns cannot be compared.
     """
     computed, measured, rows, _ = columns
-    if isinstance(found := compared_columns(columns), Missing):
+    found = compared_columns(columns)
+    if isinstance(found, Missing):
         return found
+    difference_percent = relative_error_percent((measured - computed)[rows], computed[rows])
     unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
-    return relative_error_percent((measured - computed)[rows], computed[rows]), replace(
+    found = replace(
         found,
         factor_deviation=max(found.factor_deviation, unexplained),
         offset_deviation=max(found.offset_deviation, unexplained * found.size),
     )
+    return difference_percent, found
 
 
 def compared_motion(
     record: Record, role: str, velocities: Sequence[Array] = ()
 ) -> ColumnComparison | Missing:
-    """Compare a measured velocity or acceleration with the derivative of a measured column.
+    """Return the comparison of a measured velocity or acceleration with a derivative.
 
-    A velocity without a position is compared with that of the simulated loop, where there is one.
-    It follows the recorded reference nearly independently of the parameters, and has the scale and
-    the zero of the motion.
+    It is the derivative of the position, or, for an acceleration, of the measured velocity. A
+    velocity without a position is compared with the velocity of the simulated loop, where there is
+    one. The simulated loop follows the recorded reference nearly independently of the parameters,
+    and its velocity has the scale and the zero of the motion.
 
     Parameters
     ----------
@@ -404,16 +434,19 @@ def compared_motion(
     Returns
     -------
     ColumnComparison or Missing
-        Missing where there is no such derivative, or the record is too short or hardly moves.
+        Missing, with the reason, where there is no such derivative, the record is too short, or the
+        axis hardly moves.
     """
+    # The column to differentiate, and how many times.
     longest = record.longest()
     by_position = role == "velocity" or record.velocity is None
     basis = longest.position if by_position else np.asarray(longest.velocity)
     times = 2 if role == "acceleration" and by_position else 1
+    # The position was not recorded but integrated from the velocity.
     if by_position and record.integrated:
         if role != "velocity" or not velocities:
             return Missing(
-                f"no position was recorded to compare the {role} with, and no loop can be "
+                f"no position was recorded for a comparison with the {role}, and no loop can be "
                 f"simulated. The scale of the motion relies only on the column of the {role}"
             )
         basis, times = max(velocities, key=len), 0
@@ -425,7 +458,15 @@ def derivative_check(
 ) -> Check | Missing | None:
     """Return the check of a measured velocity or acceleration against a derivative.
 
-    None without the column. Missing where the comparison, `found`, is missing.
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    role : {"velocity", "acceleration"}
+        The measured column.
+    found : ColumnComparison, Missing or None
+        Comparison of the column; None where it was not measured. Missing and None are returned
+        unchanged.
     """
     if found is None or isinstance(found, Missing):
         return found
@@ -491,6 +532,7 @@ def _corrections(
     shift: AdvisedShift | None = None
     if "delay" in faults and samples_apart(getattr(record, role)) == 1:
         shift = shift_into_time(role, found.delay, MAX_MISALIGNMENT.value)
+    # Relative uncertainty of the factor, within which it is that of a usual unit or a sign.
     vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / (abs(found.factor) or _TINY)
     vague += MAX_SCALE_ERROR.value
     is_by_loop = role == "velocity" and record.integrated

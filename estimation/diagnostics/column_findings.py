@@ -32,8 +32,8 @@ class ForceAgainstControl(Finding):
     Attributes
     ----------
     fault : {"scale", "offset", "other"} or None
-        ``scale`` for a factor alone, ``offset`` for a constant alone, ``other`` for a late force or
-        a larger difference; None where the forces agree.
+        Kind of the difference: ``scale`` for a factor, ``offset`` for a constant alone, ``other``
+        for a late force or a larger difference; None where the forces agree.
     difference_percent : float
         Root mean square of the difference, in percent of the force from the control, at low
         frequencies.
@@ -51,7 +51,7 @@ class ForceAgainstControl(Finding):
     drive : str
         Force of the declared drive, as a text: ``35.15 N/V times the control``.
     gain : GainOfForce or None
-        None for a drive that is more than a gain.
+        Declared gain and the gain that fits; None for a drive that is more than a gain.
     """
 
     fault: Literal["scale", "offset", "other"] | None
@@ -73,13 +73,13 @@ class ControlAgainstLimit(Finding):
     Attributes
     ----------
     is_beyond : bool
-        Whether these are too many.
+        Whether too many samples are beyond the limit.
     share_percent : float
         Samples beyond the limit, in percent of all samples.
     excess_percent : float
-        A sample counts where it is beyond the limit by more than this, percent of the limit.
+        Distance beyond the limit, percent of the limit, above which a sample counts.
     limit : float
-        In `unit`.
+        Limit of the drive, in `unit`.
     largest : float
         Largest size of the control, in `unit`.
     unit : str
@@ -103,7 +103,7 @@ MotionReference = Literal[
     "second derivative of the position",
     "derivative of the measured velocity",
 ]
-#: Property in which a measured column differs from its reference.
+#: Property in which a measured column differs from the signal that it is compared with.
 ColumnFault = Literal["delay", "factor", "offset"]
 
 
@@ -114,7 +114,7 @@ class ColumnCorrections:
     Attributes
     ----------
     column : str
-        Name in the log; ``NAME`` where it is not known.
+        Name of the column in the log; ``NAME`` where it is not known.
     faults : tuple of {"delay", "factor", "offset"}
         Properties of the column that are wrong, in the order in which to correct them.
     shift : AdvisedShift or None
@@ -123,7 +123,7 @@ class ColumnCorrections:
     likely_unit : str or None
         Usual unit that explains the factor; None where no unit does, or the factor is correct.
     is_reversed : bool
-        Whether the sign explains the factor.
+        Whether the opposite sign explains the factor.
     scale_reference : {"position", "reference"}
         Column whose unit and scale may be wrong instead.
     """
@@ -145,24 +145,26 @@ class MeasuredMotion(Finding):
     role : str
         ``velocity`` or ``acceleration``.
     reference : str
-        Computed signal.
+        Name of the computed signal.
     is_other_signal : bool
-        Whether too much is unexplained by a factor, a delay and a constant.
+        Whether the part that factor, delay and constant do not explain exceeds its tolerance.
     is_wrong : bool
-        Whether this or the factor, the delay or the constant exceeds its tolerance.
+        Whether this part, the factor, the delay or the constant exceeds its tolerance.
     worst : float
         Largest distance of the factor from 1, of the delay, the constant and the unexplained part
         from 0, each relative to its tolerance.
     worst_of : {"factor", "delay", "offset", "unexplained part"}
+        Property with this largest distance.
     unexplained_percent : float
         Root mean square of the unexplained part, percent of the computed signal.
     factor, factor_uncertainty : float
-        Measured over computed signal.
+        Measured divided by computed signal.
     delay, delay_uncertainty : float
         Delay of the measured column, samples; negative for an early column.
     offset, offset_uncertainty : float
         Constant of the measured column relative to the computed one, in `unit`.
     unit : str
+        Unit of the column in the model.
     corrections : ColumnCorrections
     """
 

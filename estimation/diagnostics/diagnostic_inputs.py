@@ -60,6 +60,9 @@ ONE_RECORD = Missing("there is one record")
 class DiagnosticInputs:
     """A result to be checked, and quantities that several diagnostics use, each computed once.
 
+    The inputs of several records have one part for each record, see `parts`. A part has the
+    estimates from all records, restricted to the rows and parameters of its record.
+
     Attributes
     ----------
     problem : Problem
@@ -69,11 +72,11 @@ class DiagnosticInputs:
     levels : Levels
         Thresholds of the checks.
     whole : DiagnosticInputs or None
-        Inputs for all records, where these are for one of several records.
+        Inputs for all records if these inputs are a part for one record; otherwise None.
     number : int
-        Index of this record.
+        Index of this record among all records.
     compared_laws : RecordLaws or None
-        Comparison of the control law with each record, if already made.
+        Comparison of the control law with each record, if it is already made; otherwise None.
     """
 
     problem: Problem
@@ -111,9 +114,10 @@ class DiagnosticInputs:
         return self.record_laws.hold
 
     def _difference(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
-        """Return tests of one method's estimate minus another's, by parameter.
+        """Return the tests of the difference between the estimates of two methods, by parameter.
 
-        Missing, with the reason, where one of them gave no estimate or the test is unavailable.
+        The difference is that of method `one` minus method `other`. Missing, with the reason, where
+        a method gave no estimate or the test is unavailable.
         """
         if not {one, other} <= {*self.estimates}:
             return Missing(f"{one.upper()} and {other.upper()} did not both give an estimate")
@@ -121,7 +125,7 @@ class DiagnosticInputs:
 
     @property
     def data(self) -> FilteredRecord:
-        """The filtered record; the first of several records, see `parts`."""
+        """The filtered record; the first one of several."""
         return self.problem.data[0]
 
     @cached_property
@@ -153,27 +157,29 @@ class DiagnosticInputs:
     @cached_property
     def alike(self) -> PoolingTest | Missing:
         """Test of each of several records against the others; Missing for a single record."""
-        return (
-            ONE_RECORD
-            if len(self.problem.data) == 1
-            else pooling_test(self.problem, self.preferred, self.levels)
-        )
+        if len(self.problem.data) == 1:
+            return ONE_RECORD
+        return pooling_test(self.problem, self.preferred, self.levels)
 
     @property
     def preferred(self) -> Estimate:
-        """Reported estimate, to which checks of one estimate apply."""
+        """Reported estimate, to which the checks of a single estimate apply."""
         return self.estimates[(self.whole or self).method]
 
     @property
     def rests_on_loop(self) -> bool:
-        """True if the reported estimate, its bias or its standard errors use simulated loops."""
+        """True if the reported estimate, its bias or its standard errors use simulated loops.
+
+        Instruments, output error and simulated replicas of the record use them.
+        """
         judged = (self.whole or self).preferred
         return judged.Z is not None or judged.by_output_error or bool(judged.inference.chains)
 
     def if_used(self, found: Check | Missing) -> Check | Missing:
-        """Return a check of the control law or the simulated loop.
+        """Return a check of the control law or the simulated loop, or why it is missing.
 
-        A `Missing` check becomes `NotUsed` where the reported estimate relies on neither.
+        The reason becomes `NotUsed` where the reported estimate relies on neither the law nor the
+        loop.
         """
         if self.rests_on_loop or not isinstance(found, Missing):
             return found
@@ -183,7 +189,8 @@ class DiagnosticInputs:
     def law(self) -> LawAgreement | Missing:
         """Comparison of the control law with the record, or the reason why it is unavailable.
 
-        If the control is late, the motion decides whether law or log is wrong, see `law_in_time`.
+        If the control follows the law some samples later, the comparison also states whether the
+        law or the log is wrong, which the motion shows, see `law_in_time`.
         """
         found = (self.whole or self).laws[self.number]
         if isinstance(found, Missing) or not found.delay:
@@ -194,13 +201,16 @@ class DiagnosticInputs:
     def timing(self) -> int | Missing:
         """Whole samples between the recording of the force and its action, or why unknown.
 
-        The half sample of a hold is not counted, see `force_timing`.
+        The delay of the hold is not counted, see `force_timing`.
         """
         return force_timing(self.alignment, self.data)
 
     @cached_property
     def instruments(self) -> InstrumentTests | Missing:
-        """Tests of the instruments of the reported estimate, or of IDM-IV for an output error."""
+        """Tests of the instruments of the reported estimate, or the reason why there are none.
+
+        An output-error estimate has no instruments; the tests are then those of IDM-IV.
+        """
         return tests_of_instruments(
             self.estimates.get("idm-iv") if self.preferred.by_output_error else self.preferred
         )
@@ -214,10 +224,11 @@ class DiagnosticInputs:
     def excitation(self) -> tuple[Excitation, ...]:
         """Excitation of each physical parameter by the motion in the regressor.
 
-        The motion is that of the simulated loops for output error, otherwise the measured one.
+        For an output-error estimate, it is the motion of the simulated loops, otherwise the
+        measured motion.
         """
         problem, estimate = self.problem, self.preferred
-        if estimate.by_output_error:  # the loops' motion
+        if estimate.by_output_error:
             loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
             data = (noise_free_record(d, own) for d, own in zip(problem.data, loops, strict=True))
             problem = replace(problem, data=tuple(data))
@@ -227,7 +238,8 @@ class DiagnosticInputs:
     def alignment(self) -> Alignment | Missing:
         """Estimated delay of the force, or the reason why it cannot be estimated.
 
-        The simulated loop gives the instruments where the reported estimate has any.
+        If the reported estimate has instruments and no simulated replicas, the instruments of the
+        delay are those of the simulated loop. Otherwise the delay is estimated with `scores`.
         """
         if isinstance(self.strength, Check) and self.strength.status == "fail":
             return Missing("the instruments are too weak to measure a delay")
@@ -253,14 +265,17 @@ class DiagnosticInputs:
 
     @cached_property
     def scores(self) -> RecordScores | Missing:
-        """Residuals of the record and of its simulated replicas, or why they are unavailable."""
+        """Residuals of the record and of its simulated replicas with the reported estimate.
+
+        Missing, with the reason, where they are unavailable.
+        """
         return scores_at(self.data, self.preferred)
 
     @cached_property
     def lacking(self) -> tuple[Misspecification, ...] | Missing:
         """Missing terms, changed parameters, faulty signals and outliers of this record.
 
-        Missing, with the reason, where they cannot be searched.
+        Missing, with the reason, where the search is not possible.
         """
         half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
         return find_misspecification(
@@ -271,8 +286,8 @@ class DiagnosticInputs:
     def with_missing_terms(self) -> Mapping[str, tuple[float, ...]]:
         """Values of the parameters with the missing terms in the model, by name.
 
-        A parameter that then differs between directions has two values, forward and backward. Empty
-        without missing terms.
+        The model contains all missing terms that were found. A parameter that then differs between
+        directions has two values, forward and backward. Empty without missing terms.
         """
         lacking = value_or((), lambda: self.lacking)
         terms = [lack for lack in lacking if lack.is_term]
@@ -285,7 +300,7 @@ class DiagnosticInputs:
         if isinstance(self.lacking, Missing):
             late = self.lacking
         elif not isinstance(self.scores, Missing) and self.scores.twins:
-            # The missing delay of the model, which replicas distinguish from noise.
+            # The delay among the missing terms, which replicas distinguish from noise.
             late = next((lack for lack in self.lacking if lack.kind == "delay"), None)
         widths = {name: np.ptp(v.interval) / 2 for name, v in self.preferred.parameters.items()}
         return alignment_check(
@@ -301,9 +316,10 @@ class DiagnosticInputs:
     def steps(self) -> Mapping[str, float]:
         """Bias of least squares by the steps of a logged position, by parameter.
 
-        It applies to steps that the control does not respond to. It is infinite for every parameter
-        where the motion has too few steps for these to act as noise. Empty where the position has
-        no steps, where simulated loops give the bias, for a direct model, and for several records.
+        It is the bias by steps of the log that the control loop does not read. It is infinite for
+        every parameter where the motion has too few steps for these to act as noise. Empty where
+        the position has no steps, for an estimate with instruments, where simulated replicas give
+        the bias, for a direct model, and for several records.
         """
         ls, record = self.preferred, self.data.record
         by_loops = ls.Z is not None or ls.filter_bias is not None
@@ -317,12 +333,16 @@ class DiagnosticInputs:
 
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:
-        """Split of the residuals of the reported estimate by repeats; None without repeats."""
+        """Split of the residual of the reported estimate into a repeating part and noise.
+
+        None where the reference does not repeat, or there is none.
+        """
         return lack_of_fit(self.preferred, self.data)
 
     @cached_property
     def bands(self) -> Mapping[str, Mapping[str, JackknifeInterval]]:
         """Jackknife intervals for the effect of the model error, by method and parameter."""
+        # Model error or noise may dominate the residual.
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
         # Estimates of one problem have the same rows.
@@ -333,16 +353,22 @@ class DiagnosticInputs:
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
         """Tests of the differences between estimates, by pair of methods and by parameter.
 
-        Missing, with the reason, for a pair that cannot be compared. The pairs are those with
-        instruments where there are any, otherwise least squares of both models. A pair without both
-        estimates is left out.
+        Missing, with the reason, for a pair that cannot be compared. Where there are instruments,
+        the pairs are IDM-IV and DIDIM, and least squares and instruments of each model; otherwise
+        least squares of both models. Only pairs with both estimates are included.
         """
-        instruments = any(each.Z is not None for each in self.estimates.values())
+        pairs: tuple[str, ...] = (DDM_LESS_IDM,)
+        if any(each.Z is not None for each in self.estimates.values()):
+            pairs = (SECOND_OPINION, *LS_LESS_IV)
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-        return {
-            pair: Missing("the instruments are too weak for a comparison of the estimates")
-            if is_weak
-            else (self.whole or self)._difference(*pair.split(LESS))
-            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [DDM_LESS_IDM])
-            if {*pair.split(LESS)} <= {*self.estimates}
-        }
+        compared: dict[str, Mapping[str, HausmanTest] | Missing] = {}
+        for pair in pairs:
+            first, second = pair.split(LESS)
+            if not {first, second} <= {*self.estimates}:
+                continue
+            if is_weak:
+                reason = "the instruments are too weak for a comparison of the estimates"
+                compared[pair] = Missing(reason)
+            else:
+                compared[pair] = (self.whole or self)._difference(first, second)
+        return compared

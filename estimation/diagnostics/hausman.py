@@ -1,12 +1,14 @@
 """Hausman test of two estimators on the same records.
 
 Each estimate is linear in the residuals of its rows, so that the difference has the scores
-``A_1 e_1 - A_2 e_2``, row by row. Its covariance is that of the scores, consistent with
-autocorrelation. Unlike Hausman's original, which subtracts two covariances, it is never negative
-and assumes neither estimator to be efficient. Two estimates of one equation have one error, which
-is taken from the regression with the columns of both, as in the test of Durbin, Wu and Hausman:
-otherwise a difference would increase its own covariance. Simulated replicas would not suffice: they
-contain noise, but not a loop that starts at another position than the record.
+``A_1 e_1 - A_2 e_2``, row by row. The covariance of the difference is that of the scores,
+consistent with autocorrelation. Hausman's original test subtracts two covariances instead. The
+covariance here is never negative, and neither estimator is assumed to be efficient.
+
+Two estimates of one equation have one error, which is taken from the regression with the columns of
+both, as in the test of Durbin, Wu and Hausman. Otherwise a difference would increase its own
+covariance. Simulated replicas would not suffice: they contain noise, but not a loop that starts at
+another position than the record.
 """
 
 from collections.abc import Mapping
@@ -29,7 +31,8 @@ from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 
-NOTICEABLE_SHIFT = 0.5  # standard errors: up to it a 95 % interval contains the truth in 92 %
+# standard errors; with a shift up to this, a 95 % interval contains the true value in 92 % of cases
+NOTICEABLE_SHIFT = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,13 +43,13 @@ class HausmanTest:
     ----------
     difference : float
         First estimate minus second, in the unit of the parameter. Both are corrected for the bias
-        by filter and noise where it is known.
+        by filter and noise where this bias is known.
     deviation : float
         Standard error of the difference, HAC.
     p_value : float
-        Hausman test of a difference of zero in this parameter, by Student's distribution.
+        P-value of the hypothesis that this parameter does not differ, by Student's distribution.
     joint_p_value : float
-        The same for all parameters at once, by Hotelling's distribution.
+        P-value of the hypothesis that no parameter differs, by Hotelling's distribution.
     shift : float
         Size of the difference, in standard errors of the second estimate.
     """
@@ -66,8 +69,8 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     Parameters
     ----------
     one, other : Estimate
-        Two estimates from the same rows. The difference is that of `one` minus `other`, and is
-        measured in standard errors of `other`.
+        Two estimates from the same rows. The difference is `one` minus `other`; its `shift` is in
+        standard errors of `other`.
 
     References
     ----------
@@ -77,6 +80,7 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
         return Missing("the bias by filter and noise is known for only one of the two estimates")
     if one.X.shape != other.X.shape:
         return Missing("the two estimates do not have the same rows")
+    # The difference, and its covariance from its scores.
     try:
         scores = np.subtract(*_scores(one, other))
     except EstimationError as error:
@@ -89,6 +93,7 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     difference = one.corrected - other.corrected
     if not (np.isfinite(covariance).all() and np.isfinite(difference).all()):
         return Missing("the difference of the two estimates is not finite")
+    # Test of all parameters at once, then of each parameter.
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     square, directions = wald(difference, covariance)
     together = hotelling_p_value(square, directions, float(freedom.min())) if directions else 1.0
@@ -110,10 +115,10 @@ def significant_differences(
 ) -> dict[str, HausmanTest]:
     """Return the parameters that differ significantly, with their tests, by name.
 
-    They are the parameters that differ significantly alone. If there are none, but all parameters
-    together differ significantly, they are all parameters with a noticeable difference. Where
-    parameters compensate each other, such as two parts of friction, neither needs to be significant
-    alone. A difference below half a standard error does not count.
+    Empty unless all parameters together differ significantly. A difference of up to
+    `NOTICEABLE_SHIFT` standard errors does not count. Of the others, the parameters are returned
+    that are significant alone; if none is, all of them: where parameters compensate each other,
+    such as two parts of friction, neither needs to be significant alone.
 
     Parameters
     ----------
@@ -121,19 +126,20 @@ def significant_differences(
     level : float
         Significance level of the tests.
     """
-    far = {
+    noticeable = {
         name: each
         for name, each in differences.items()
         if each.joint_p_value < level and each.shift > NOTICEABLE_SHIFT
     }
-    return {name: each for name, each in far.items() if each.p_value < level} or far
+    significant = {name: each for name, each in noticeable.items() if each.p_value < level}
+    return significant or noticeable
 
 
 def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
     """Return the scores of the physical parameters of both estimates, row by row, (n, p) each.
 
-    A score is the influence of a row times its residual. Two estimates of one equation get the same
-    residual, that of the regression with the columns of both.
+    A score is the influence of a row times its residual. Two estimates of one equation, which have
+    the same regressor, get the same residual: that of the regression with the columns of both.
     """
     residuals = one.net_residuals, other.net_residuals
     if np.array_equal(one.X, other.X):
@@ -148,7 +154,7 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
 def _influence(estimate: Estimate) -> Array:
     """Return the influence of each row's residual on the physical parameters, (n, p).
 
-    The influence is the derivative of the estimate by the residual. The residual is that without
+    The influence is the derivative of the estimate by the residual. The residual does not contain
     the weights of records and loss.
 
     Raises

@@ -1,4 +1,8 @@
-"""Checks of the residual and of the simulated loop: missing terms, late signals, outliers."""
+"""Checks of the residual and of the simulated loop: missing terms, late signals, outliers.
+
+A misspecification is an error of the model or of a measured column that the residual shows: a
+missing term, a parameter that changes, a signal that is late or scaled wrongly, or an outlier.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -40,9 +44,9 @@ class MissingTerms(Finding):
     Attributes
     ----------
     found : tuple of MissingTerm or ChangedParameter
-        The one that explains most of the force first; empty for none.
+        In the order of the part of the force that they explain, the largest first; empty for none.
     may_be_long_delay : bool
-        Whether a delay or lag of the drive that is declared too long may be the cause.
+        Whether the cause may be a delay or lag of the drive that is declared too long.
     """
 
     found: tuple[MissingTerm | ChangedParameter, ...]
@@ -56,7 +60,7 @@ class RecordedSignals(Finding):
     Attributes
     ----------
     found : tuple of LateSignal or ScaledSignal
-        The one that explains most of the force first; empty for none.
+        In the order of the part of the force that they explain, the largest first; empty for none.
     """
 
     found: tuple[LateSignal | ScaledSignal, ...]
@@ -69,9 +73,9 @@ class Outliers(Finding):
     Attributes
     ----------
     found : tuple of OutlyingSample
-        Empty for none.
+        The outliers; empty for none.
     is_bounded : bool
-        Whether the loss bounds the effect of outliers.
+        Whether the loss of the estimate bounds the effect of outliers.
     """
 
     found: tuple[OutlyingSample, ...]
@@ -80,17 +84,19 @@ class Outliers(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovedParameter(Finding):
-    """The parameter with the largest change, by a missing term or in time.
+    """The parameter with the largest change by a missing term, or in the course of the record.
 
     Attributes
     ----------
     parameter : str
+        Name of the parameter.
     percent : float
-        Change in percent of its value.
+        Change in percent of the value of the parameter.
     most_percent : float
         Change above which the value must not be used, percent.
     is_changing : bool
-        Whether the parameter itself changes in the record; otherwise a missing term moves it.
+        Whether the parameter itself changes in the course of the record; otherwise a missing term
+        changes the estimate.
     """
 
     parameter: str
@@ -101,24 +107,25 @@ class MovedParameter(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResidualAtRepeats(Finding):
-    """The residual split where the motion repeats.
+    """Split of the residual into a part that repeats with the motion, and noise.
 
     Attributes
     ----------
     nature : {"systematic", "steps", "small", "none"}
-        ``systematic``: most of the residual repeats and is smooth, as the model is incomplete.
-        ``steps``: a part of it repeats but is not smooth, as encoder steps are. ``small``: a small,
-        smooth part of it repeats. ``none``: no significant part repeats.
+        ``systematic``: most of the residual repeats and is smooth, so that the model is incomplete.
+        ``steps``: a part of the residual repeats but is not smooth, as with encoder steps.
+        ``small``: a small, smooth part of the residual repeats. ``none``: no significant part
+        repeats.
     percent : float
         Power of the part that repeats, in percent of the residual's power.
     repeated, noise : float
         Root mean squares of the repeating part and of the noise, in `unit`.
     repeated_percent : float
-        `repeated` in percent of the root mean square of the left side.
+        `repeated` in percent of the root mean square of the left side of the equations.
     unit : str
         Unit of the left side.
     left : str
-        The left side of the equations, "force" or "acceleration".
+        Name of the left side, "force" or "acceleration".
     period : float or None
         Period of the motion, s; None where the motion repeats after pauses of different lengths.
     """
@@ -142,7 +149,7 @@ class SimulatedLoop(Finding):
     percent : float
         Simulation error, in percent of the left side of the equations (rms).
     left : str
-        The left side of the equations, "force" or "acceleration".
+        Name of the left side, "force" or "acceleration".
     reproduces : bool
         Whether the error is below the threshold.
     is_misspecified : bool
@@ -163,7 +170,7 @@ class SimulatedLoop(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopNotSimulated(Finding):
-    """An estimate with which the loop cannot be simulated.
+    """A closed loop that cannot be simulated with the estimate.
 
     Attributes
     ----------
@@ -180,12 +187,13 @@ class LoopNotSimulated(Finding):
 def outliers_check(case: DiagnosticInputs) -> Check | Missing:
     """Return the check for outliers among single samples of the measured columns.
 
-    Missing without simulated replicas, with which the samples are compared.
+    Missing without simulated replicas of the record, with which the samples are compared.
     """
     if not isinstance(case.lacking, Missing) and not case.preferred.inference.chains:
         # A HAC covariance would be estimated from the outliers themselves.
         return Missing(
-            "it compares single samples with simulated replicas of the record, and there are none"
+            "the check compares single samples with simulated replicas of the record, and there "
+            "are no replicas"
         )
     return misspecification_check(
         case.lacking,
@@ -201,16 +209,18 @@ def outliers_check(case: DiagnosticInputs) -> Check | Missing:
 def missing_terms_check(
     lacking: Sequence[Misspecification], case: DiagnosticInputs
 ) -> Check | Missing:
-    """Return the check for missing terms; a note if the cause of another failed check is enough.
+    """Return the check for missing terms; a note if another failed check gives a sufficient cause.
 
-    Such causes are the quantisation of the position, and a delay of the drive that is declared too
-    long. A missing delay is left out where the alignment check already fails.
+    Such a cause is the quantisation of the position, by the check of the method, or a delay of the
+    drive that is declared too long, by the check of the alignment. A missing delay is not counted
+    where the check of the alignment already fails.
 
     Parameters
     ----------
     lacking : sequence of Misspecification
         Misspecifications of any kind.
     case : DiagnosticInputs
+        Inputs of the record.
     """
     aligned = case.aligned  # reports the delay where it fails
     terms = [lack for lack in lacking if not (lack.kind == "delay" and fails(aligned))]
@@ -220,10 +230,11 @@ def missing_terms_check(
     if isinstance(found, Missing) or found.status != "fail":
         return found
     if fails(method_check(case.preferred, {}, {}, case.steps, case.levels, law_passed=None)):
-        # The quantisation bias leaves a residual. It is counted once, by the check of the method.
+        # The bias by quantisation increases the residual. The check of the method reports it.
         return replace(found, status="note")
-    early = isinstance(aligned, Check) and fails(aligned) and (aligned.figure or 0.0) < 0
-    if early and declared_lateness(case.data) > 0:  # the friction at low speed is then wrong
+    # The force acts earlier than the hold assumes; the friction at low speed is then wrong.
+    is_early = isinstance(aligned, Check) and fails(aligned) and (aligned.figure or 0.0) < 0
+    if is_early and declared_lateness(case.data) > 0:
         finding = _missing_terms(terms, case.data.axis, case.data.record)
         return replace(found, status="note", finding=replace(finding, may_be_long_delay=True))
     return found
@@ -232,9 +243,9 @@ def missing_terms_check(
 def moved_parameters_check(
     found: Check | Missing | None, lacking: Sequence[Misspecification] | Missing
 ) -> Check | None:
-    """Return a failed check if a missing term moves a parameter too far for its value to be used.
+    """Return a failed check if a missing term makes the value of a parameter useless.
 
-    None if no parameter is moved as far, or if the check of missing terms does not fail.
+    None if no parameter changes as much, or if the check of missing terms does not fail.
 
     Parameters
     ----------
@@ -246,8 +257,8 @@ def moved_parameters_check(
     if not fails(found) or isinstance(lacking, Missing):
         return None
     most = MAX_MOVED_PERCENT.value
-    own = [each for each in lacking if each.check == "missing terms"]
-    worst = max(own, key=lambda each: each.moved_percent, default=None)
+    terms = [each for each in lacking if each.check == "missing terms"]
+    worst = max(terms, key=lambda each: each.moved_percent, default=None)
     if worst is None or worst.moved_percent <= most:
         return None
     return Check(
@@ -255,9 +266,10 @@ def moved_parameters_check(
         status="fail",
         figure=worst.moved_percent,
         threshold=most,
-        source="largest change of a parameter in percent of its value, by a missing term or in "
-        f"time. The check fails above {most:g} %, the relative standard error up to which a "
-        "parameter is known: a value with a larger error is no property of the axis",
+        source="largest change of a parameter in percent of its value, by a missing term or in the "
+        f"course of the record. The check fails above {most:g} %, the relative standard error up "
+        "to which a parameter is identified. A value with a larger error is no property of the "
+        "axis",
         finding=MovedParameter(
             parameter=worst.moved,
             percent=worst.moved_percent,
@@ -289,8 +301,9 @@ def misspecification_check(
     found : sequence of Misspecification
         Misspecifications of any kind.
     name : {"missing terms", "recorded signals", "outliers"}
-        A missing term or a parameter that changes; a recorded signal that is late or scaled
-        wrongly; or a single measured sample that is an outlier.
+        Name of the check, which selects the kind: a missing term or a parameter that changes; a
+        recorded signal that is late or scaled wrongly; or a single measured sample that is an
+        outlier.
     axis : GeneratedAxis
     record : Record
     levels : Levels
@@ -304,12 +317,13 @@ def misspecification_check(
         figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
-        source="largest unmodelled part in percent of the force (rms), without the part that the "
-        "declared terms explain. The check fails where two conditions are met. The residual has "
-        "significantly more of it than the residuals of simulated replicas (Hotelling's test at "
-        f"{100 * levels.level:g} % over all hypotheses, by Holm's rule). It is more than "
-        f"{100 * levels.least_share:g} % of the force, or it moves a parameter by more than its "
-        "95 % interval",
+        source="largest unmodelled part of the force in percent of the force (rms), without the "
+        "part that the declared terms explain. The check fails where two conditions are met. The "
+        "first: the unmodelled part is significantly larger in the residual than in the residuals "
+        f"of simulated replicas (Hotelling's test at {100 * levels.level:g} % over all hypotheses, "
+        "by Holm's rule). The second: the unmodelled part is more than "
+        f"{100 * levels.least_share:g} % of the force, or it changes a parameter by more than half "
+        "the width of its 95 % interval",
         finding=_finding_of(own, name, axis, record, bounded=bounded),
     )
 
@@ -322,7 +336,19 @@ def _finding_of(
     *,
     bounded: bool,
 ) -> MissingTerms | RecordedSignals | Outliers:
-    """Return the finding of the check `name`, with its misspecifications `own`."""
+    """Return the finding of a check for misspecifications.
+
+    Parameters
+    ----------
+    own : sequence of Misspecification
+        Misspecifications of the kind of this check.
+    name : {"missing terms", "recorded signals", "outliers"}
+        Name of the check.
+    axis : GeneratedAxis
+    record : Record
+    bounded : bool
+        Whether the loss bounds the effect of outliers.
+    """
     if name == "missing terms":
         return _missing_terms(own, axis, record)
     found = [misspecification_finding(lack, axis, record) for lack in own]
@@ -388,15 +414,15 @@ def simulation_error_check(
 ) -> Check | Missing:
     """Return the check of the simulation error of an estimate.
 
-    If no loop was simulated, the check fails where the estimate is the reason. It is Missing where
-    the reason is another one, such as no control law or no reference.
+    If no loop was simulated because of the estimate, the check fails. If no loop was simulated for
+    another reason, such as no control law or no reference, the check is Missing.
 
     Parameters
     ----------
     preferred : Estimate
         The reported estimate.
     rest : float
-        Part of the record's samples at which the axis rests.
+        Part of the record's samples at which the axis rests, from 0 to 1.
     misspecified : bool
         Whether the model is incomplete while the control law is correct, which may be the cause.
     """
@@ -413,6 +439,7 @@ def simulation_error_check(
         return failed if simulated.by_estimate else simulated
     error = preferred.simulation_error_percent or 0.0  # None only where nothing was simulated
     good, noise = error < MAX_SIMULATION_ERROR.value, None
+    # Noise sources that the simulated replicas were made with.
     if preferred.inference.chains:
         units = form.axis.coordinate.unit, form.axis.drive.unit
         noise = noise_sources(preferred.inference.chains[0], *units)
@@ -422,7 +449,7 @@ def simulation_error_check(
         figure=error,
         threshold=MAX_SIMULATION_ERROR.value,
         source=f"simulation error in percent of the {form.left} (rms). At 50 % the simulated loop "
-        "explains three quarters of its power, at 100 % nothing",
+        f"explains three quarters of the power of the {form.left}, at 100 % nothing",
         finding=SimulatedLoop(
             percent=error,
             left=form.left,

@@ -4,8 +4,8 @@ Two files of one recorder may contain the same samples with different times: row
 log, and rows 5000 to 15000. Times are therefore ignored. Rows of measured columns that occur once
 in a record are searched in the other record. An axis at rest repeats its rows, so rests of two
 records are not counted as common samples. Numbers are compared as 32-bit floats. For resampled
-records, the rows before resampling are compared where they are kept, which is so for columns of
-one clock.
+records, the rows before resampling are compared where the record keeps them, as it does for columns
+of one clock.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.estimation.verdict_checks import Check
 
-_MIN_COMMON_ROWS = 25  # rows that occur once in each of two records
+_MIN_COMMON_ROWS = 25  # least number of rows that occur once in each of two records
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,8 +49,9 @@ class RepeatedSamples(Finding):
     Attributes
     ----------
     pairs : tuple of CommonSamples
+        Common samples of each pair of records that has any.
     repetitions : float
-        Mean number of records that have a sample; variances are too small by this factor.
+        Mean number of records that contain a sample; variances are too small by this factor.
     """
 
     pairs: tuple[CommonSamples, ...]
@@ -60,19 +61,24 @@ class RepeatedSamples(Finding):
 def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
     """Return masks of the samples of each record that are in the other, (N,) and (M,).
 
-    None where there are no common samples. Rows that occur once in each of the two records are
-    matched. The samples between the first and the last matched row are common only if, in one of
-    the records, nearly all rows between that occur once are matched.
+    Rows that occur once in each of the two records are matched. The records overlap between the
+    first and the last matched row only if, in one of them, nearly all rows of this range that occur
+    once are matched. The common samples are then those of the range that also occur in the other
+    record. None where there are no common samples.
     """
+    # Rows as they were recorded, before any resampling.
     written = [each.sampled or each for each in (one, other)]
-    if (rows := _measured(*written)) is None:
+    rows = _measured(*written)
+    if rows is None:
         return None
+    # A number for each distinct row, and how often it occurs in each record.
     _, number = np.unique(np.concatenate(rows), return_inverse=True)
     numbers = np.split(number, [len(rows[0])])
     counts = [np.bincount(own, minlength=len(number)) for own in numbers]
     matched = (counts[0] == 1) & (counts[1] == 1)
     if matched.sum() < _MIN_COMMON_ROWS:
         return None
+    # In each record: the share of matched rows in the range, and a mask of the common rows.
     shares, common = list[float](), list[NDArray[np.bool_]]()
     for own, count, others in zip(numbers, counts, counts[::-1], strict=True):
         first, last = np.flatnonzero(matched[own])[[0, -1]]
@@ -83,6 +89,7 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
             common[-1][:first] = common[-1][last + 1 :] = False
     if max(shares) < MIN_COMMON_SAMPLES.value:
         return None
+    # A sample of a resampled record is common if it lies between common rows.
     return tuple(
         np.interp(record.time, own.time, rows) == 1
         for record, own, rows in zip((one, other), written, common, strict=True)
@@ -91,10 +98,12 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
 
 def repeated_check(records: Sequence[Record]) -> Check | None:
     """Return the check for samples that several records have in common; None without any."""
+    # For each sample, the number of records that contain it.
     counts, names = [np.ones(len(record)) for record in records], record_labels(records)
     pairs = list[CommonSamples]()
     for i, j in combinations(range(len(records)), 2):
-        if (common := common_samples(records[i], records[j])) is None:
+        common = common_samples(records[i], records[j])
+        if common is None:
             continue
         counts[i] += common[0]
         counts[j] += common[1]
@@ -115,24 +124,24 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
         figure=times,
         threshold=MAX_REPEATED_SAMPLES.value,
         source="mean number of records that contain a sample. Variances are too small by this "
-        "factor. The threshold makes standard errors 1 % too small",
+        "factor. At the threshold, standard errors are 1 % too small",
         finding=RepeatedSamples(pairs=tuple(pairs), repetitions=times),
     )
 
 
 def _time_span(record: Record, chosen: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return the times of the first and the last chosen sample, s."""
+    """Return the times of the first and the last sample of a mask, (N,), s."""
     first, last = record.time[chosen][[0, -1]]
     return float(first), float(last)
 
 
 @np.errstate(all="ignore")
 def _measured(*records: Record) -> list[NDArray[np.void]] | None:
-    """Return the rows of the columns that both records measured, as bytes, for each record.
+    """Return the rows of the columns that both records measured, as bytes, (N,) for each record.
 
-    The columns are those of motion, control and force. None without a control or a force and
-    another column: a position with few steps may be the same in two runs. A reference is not
-    compared, because it is the same in every run.
+    The columns are those of motion, control and force. None unless these are at least two columns
+    with a control or a force: a position with few steps alone may be the same in two runs. A
+    reference is not compared, because it is the same in every run.
     """
     columns = [record.channels() for record in records]
     both = [

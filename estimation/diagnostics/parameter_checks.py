@@ -1,12 +1,12 @@
 """Checks of each parameter: its excitation, its precision, its bounds and its declared value.
 
-They find too few rows, a value within its own standard error, a value beyond its bounds or of
-another order of magnitude than its nominal value, a record that contradicts fixed values, and a
-drive gain that is not the declared one.
+They find too few rows, a value with a large standard error, a value beyond its bounds or of another
+order of magnitude than its nominal value, a record that contradicts fixed values, and an identified
+drive gain that differs from the declared gain.
 
-A parameter is imprecise for one of two reasons: its column nearly repeats others, or its part of
-the force is below the residual. A motion that lacks something (a reversal, a second speed,
-acceleration, travel) explains either.
+A parameter is imprecise for one of two reasons: its column is nearly a combination of others, or
+its part of the force is below the residual. Either may be due to a motion without a reversal, a
+second speed, acceleration or travel.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -68,10 +68,11 @@ from .parameter_findings import (
     relative_error,
 )
 
-# weight of a column in a repetition, relative to the largest, from which its parameter is named
+# weight of a column in a combination, relative to the largest, from which its parameter is named
 _MIN_REPETITION_WEIGHT = 0.3
 _MIN_ACCELERATION_SHARE = 0.05  # of the force; with less, the axis hardly accelerates
-# part of a column that depends on the position; with less, the axis hardly leaves its place
+# variation of a column that depends on the position, relative to its largest value; with less, the
+# position hardly changes
 _MIN_POSITION_VARIATION = 0.1
 
 
@@ -87,19 +88,21 @@ class Excitation:
         Norm of the parameter's part of the force relative to the norm of the force.
     inflation : float
         Variance inflation factor: 1 for a column that is orthogonal to all others, large for a
-        column that nearly repeats them.
+        column that is nearly a combination of others.
     alike : tuple of str
-        The parameters whose columns it nearly repeats.
+        The parameters whose columns this combination contains; empty where the inflation is small.
     lacking : tuple of str
-        Signals of the parameter that the motion does not excite, as clauses: the reason where the
-        parameter is imprecise. A precise parameter has enough excitation by the other signals, as
-        a mass by its weight.
+        Signals of the parameter that the motion does not excite, as clauses such as ``the axis
+        hardly accelerates``. They are the reason where the parameter is imprecise. A precise
+        parameter has enough excitation by other signals, as a mass by its weight.
     rows : float
         Equivalent number of rows of equal weight: small where the term acts in few rows.
     largest_share : float
-        Its largest part of the force, anywhere along the record, over the largest force.
+        Largest part of the force by the parameter anywhere along the record, relative to the
+        largest force.
     natural : float
-        Typical magnitude of its unit, from force and motion, see `typical_magnitudes`.
+        Typical magnitude of a parameter with this unit, from force and motion, see
+        `typical_magnitudes`.
     """
 
     name: str
@@ -113,7 +116,7 @@ class Excitation:
 
     @property
     def obscurity(self) -> Obscurity:
-        """Reason why the record does not identify the parameter, provided that it is imprecise."""
+        """Reason why the record does not identify the parameter; meant for an imprecise one."""
         if self.alike:
             return "repeated column"
         if self.rows < MIN_ROWS_PER_PARAMETER.value:
@@ -132,43 +135,42 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     Parameters
     ----------
     problem : Problem
+        All records, with their motion.
     physical : (p,) array
         Estimated physical parameters.
     """
     # Unweighted rows of all records together, and of each record.
     form = problem.form(InverseForm).at(physical)
-    each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
+    of_each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
     equations = replace(problem, weights=()).reduced(form, [data.signals for data in problem.data])
-    reach = SignalRanges.of(
-        [
-            (
-                data.signals,
-                replace(own, regressor=form.placed(i, own.intercept, own.regressor)[1]),
-                data.sampling.kept,
-            )
-            for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
-        ]
-    )
+    # Largest motion, force and columns of all records, with the columns of the joint form.
+    motions = []
+    for i, (data, own) in enumerate(zip(problem.data, of_each, strict=True)):
+        columns = form.placed(i, own.intercept, own.regressor)[1]
+        motions.append((data.signals, replace(own, regressor=columns), data.sampling.kept))
+    ranges = SignalRanges.of(motions)
     # Columns of the joint form that each column of a record is part of.
-    mixed = [form.record_jacobian(i) != 0 for i in range(len(problem.data))]
+    in_joint = [form.record_jacobian(i) != 0 for i in range(len(problem.data))]
     # Largest part of the force of each parameter along the record, and typical magnitudes.
     theta, names = form.regressed(physical), [q.name for q in form.quantities]
-    anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
-    if reach is not None:
-        anywhere = np.abs(theta) * reach.columns / reach.force
-        natural = typical_magnitudes(problem.axis, reach, form.declared)
-    # Signals that each column depends on, and records in which the axis hardly accelerates.
+    largest_shares, magnitudes = np.zeros(len(names)), np.full(len(names), np.inf)
+    if ranges is not None:
+        largest_shares = np.abs(theta) * ranges.columns / ranges.force
+        magnitudes = typical_magnitudes(problem.axis, ranges, form.declared)
+    # For each signal, the columns of the joint form that depend on it in any record.
     of_records = [columns_by_signal(data.axis) for data in problem.data]
-    needs = {
-        signal: np.any([own[signal] @ m for own, m in zip(of_records, mixed, strict=True)], axis=0)
-        for signal in of_records[0]
-    }
+    needs = {}
+    for signal in of_records[0]:
+        in_records = [own[signal] @ m for own, m in zip(of_records, in_joint, strict=True)]
+        needs[signal] = np.any(in_records, axis=0)
+    # Records in which the axis hardly accelerates.
     X, weights = equations.regressor, problem.stacked(lambda data: data.sampling.weights)
-    hardly = [
+    is_slow = [
         _inertial_share(form, i, data, own, theta) < _MIN_ACCELERATION_SHARE
-        for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
+        for i, (data, own) in enumerate(zip(problem.data, of_each, strict=True))
     ]
-    # Excitation of each column: its size, the columns that it repeats, and lacking signals.
+    # Excitation of each column: its size, the columns that it is a combination of, and the signals
+    # that it lacks.
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
     shares = np.abs(theta) * size / np.linalg.norm(equations.left)
@@ -177,7 +179,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
         inflation, partners, rows = _repetition(unit, j)
         lacking = [
             _lacking(data.signals, X / weights[:, None], slow, needs, [j, *partners])
-            for data, slow in zip(problem.data, hardly, strict=True)
+            for data, slow in zip(problem.data, is_slow, strict=True)
         ]
         found.append(
             Excitation(
@@ -187,8 +189,8 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
                 alike=tuple(names[i] for i in partners),
                 lacking=tuple(fact for fact in lacking[0] if all(fact in own for own in lacking)),
                 rows=rows,
-                largest_share=float(anywhere[j]),
-                natural=float(natural[j]),
+                largest_share=float(largest_shares[j]),
+                natural=float(magnitudes[j]),
             )
         )
     return tuple(found)
@@ -196,6 +198,8 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
 
 def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
     """Return the variance inflation of a column, the columns that it repeats, and its rows.
+
+    The column is regressed on all others.
 
     Parameters
     ----------
@@ -207,23 +211,25 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
     Returns
     -------
     float
-        Variance inflation factor; infinite for a column that the others span.
+        Variance inflation factor; infinite for a column that is a combination of the others.
     list of int
-        Indices of the columns that it nearly repeats; empty where the inflation is small.
+        Indices of the columns with a large weight in this combination; empty where the inflation is
+        small.
     float
         Equivalent number of rows of the part of the column that is orthogonal to the others: the
         inverse of the sum of the squared row weights.
     """
     others = [i for i in range(unit.shape[1]) if i != j]
     weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
-    left = unit[:, j] - unit[:, others] @ weights
-    unexplained = float(left @ left)
+    residual = unit[:, j] - unit[:, others] @ weights
+    unexplained = float(residual @ residual)
     inflation = 1 / unexplained if unexplained > 0 else np.inf
-    rows = unexplained**2 / float(np.sum(left**4)) if unexplained > 0 else 0.0
+    rows = unexplained**2 / float(np.sum(residual**4)) if unexplained > 0 else 0.0
     if inflation < MAX_VARIANCE_INFLATION.value:
         return inflation, [], rows
-    most = _MIN_REPETITION_WEIGHT * np.abs(weights).max(initial=0.0)
-    return inflation, [i for i, w in zip(others, weights, strict=True) if abs(w) > most], rows
+    least = _MIN_REPETITION_WEIGHT * np.abs(weights).max(initial=0.0)
+    partners = [i for i, weight in zip(others, weights, strict=True) if abs(weight) > least]
+    return inflation, partners, rows
 
 
 def _inertial_share(
@@ -231,8 +237,8 @@ def _inertial_share(
 ) -> float:
     """Return the norm of the accelerating force of a record relative to that of the whole force.
 
-    Both are forces of the model in the rows, with its known terms. The accelerating force is the
-    change of the force if the acceleration were 0.
+    Both are forces of the model in the rows, including known terms. The accelerating force is the
+    difference between the force and the force with an acceleration of 0.
 
     Parameters
     ----------
@@ -249,7 +255,7 @@ def _inertial_share(
     """
 
     def force(rows: Equations) -> Array:
-        """Return the force of the model in the samples of the rows."""
+        """Return the force of the model in the samples of the rows, (n,)."""
         intercept, columns = form.placed(record, rows.intercept, rows.regressor)
         return (intercept + columns @ theta)[data.sampling.kept]
 
@@ -272,9 +278,9 @@ def _lacking(
     Parameters
     ----------
     signals : Signals
-        The motion.
+        The motion of a record.
     X : (n, k) array
-        Regressor without the weights of the rows.
+        Regressor of all records, without the weights of the rows.
     slow : bool
         Whether the axis hardly accelerates.
     needs : dict of str to (k,) array of bool
@@ -283,26 +289,34 @@ def _lacking(
         Indices of the columns.
     """
     needed = {signal for signal, of in needs.items() if of[[*columns]].any()}
-    placed = [X[:, j] for j in columns if needs["position"][j] and not needs["acceleration"][j]]
-    still = any(np.ptp(x) < _MIN_POSITION_VARIATION * np.abs(x).max() for x in placed)
-    facts = (
+    # Columns of the position alone hardly vary.
+    by_position = [
+        X[:, j] for j in columns if needs["position"][j] and not needs["acceleration"][j]
+    ]
+    still = any(np.ptp(x) < _MIN_POSITION_VARIATION * np.abs(x).max() for x in by_position)
+    # Each clause, empty for a motion that excites the signal, with the condition that it is needed.
+    clauses = (
         ({"velocity", "direction"} & needed, one_direction(signals)),
         ("velocity" in needed, one_speed(signals)),
         (slow and "acceleration" in needed, "the axis hardly accelerates"),
-        (still, "the axis hardly leaves its place"),
+        (still, "the axis hardly changes its position"),
     )
-    return tuple(fact for holds, fact in facts if holds and fact)
+    return tuple(clause for is_needed, clause in clauses if is_needed and clause)
 
 
-_NEGLIGIBLE_SIZE = 0.1  # of an imprecise parameter, relative to the typical size of its unit
-_MAX_FROM_NOMINAL = 5.0  # times the nominal value, for the whole interval
+# size of an imprecise parameter, relative to the typical magnitude of its unit, below which the
+# parameter is negligible
+_NEGLIGIBLE_SIZE = 0.1
+# ratio of a value to its nominal value, or its inverse, above which the value is reported
+_MAX_FROM_NOMINAL = 5.0
 NOMINAL_VALUES = "nominal values"
-# between identified and declared drive gain; beyond, a known value belongs to another record
+# ratio of identified to declared drive gain, or its inverse, from which the check fails: a known
+# value belongs to another record
 _MAX_GAIN_RATIO = 2.0
 
 
 def rows_check(rows: int, parameters: int, samples_per_row: int | None = None) -> Check | None:
-    """Return a failed check where the rows are too few for standard errors of the parameters.
+    """Return a failed check if the rows are too few for standard errors; None if they are enough.
 
     Parameters
     ----------
@@ -328,9 +342,11 @@ def rows_check(rows: int, parameters: int, samples_per_row: int | None = None) -
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
     """Return the check of every parameter against its standard error, with reasons.
 
-    The reason why a parameter is imprecise is from its `excitation`. Parameters that are known to
-    be negligible do not count.
+    The check fails if the relative standard error of a parameter is too large. Parameters that are
+    known to be negligible do not count. The excitation of a parameter by the motion gives the
+    reason why it is imprecise.
     """
+    # Standard error of each parameter, in percent of its value.
     values, relative = estimate.parameters, dict[str, float]()
     for s in excitation:
         value = values[s.name]
@@ -338,9 +354,10 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
         few = s.rows < MIN_ROWS_PER_PARAMETER.value
         deviation = max(value.deviation, value.sd) if few else value.deviation
         relative[s.name] = 100 * deviation / abs(value.corrected) if value.corrected else np.inf
-    vague = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
-    small = [s for s in vague if _is_nothing(s, values[s.name])]
-    unidentified = [s for s in vague if s not in small]
+    # Imprecise parameters: negligible and unidentified ones.
+    imprecise = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
+    small = [s for s in imprecise if _is_negligible(s, values[s.name])]
+    unidentified = [s for s in imprecise if s not in small]
     others = [relative[s.name] for s in excitation if s not in small]
     finding = Precision(
         largest_percent=finite(max(others)) if others else None,
@@ -354,8 +371,8 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
         "largest standard error in percent of the value of its parameter: HAC, or i.i.d. where "
         "that is larger and the parameter acts in few rows. The check fails where a parameter "
         "exceeds the threshold. The threshold does not apply to a parameter whose part of the "
-        "force, including its standard error, is below 1 %, unless that parameter could be as "
-        "large as is typical of its unit",
+        "force, including its standard error, is below 1 %, unless that parameter could have the "
+        "typical magnitude of its unit",
         passed=not unidentified,
     )
 
@@ -365,9 +382,8 @@ def _by_reason(
 ) -> tuple[Unidentified, ...]:
     """Return the imprecise parameters, grouped by reason.
 
-    Parameters of a group have the same obscurity (the kind of reason), the same parameters with
-    nearly equal columns (`alike`), and the same signals that the motion does not excite
-    (`lacking`).
+    Parameters of a group have the same kind of reason (`Excitation.obscurity`), repeat the columns
+    of the same parameters (`alike`), and lack the same signals of the motion (`lacking`).
 
     Parameters
     ----------
@@ -414,12 +430,19 @@ def precision_check(worst: float, finding: Finding, source: str, *, passed: bool
     )
 
 
-def _is_nothing(excitation: Excitation, value: Value) -> bool:
+def _is_negligible(excitation: Excitation, value: Value) -> bool:
     """Return True for a parameter that is known to be negligible.
 
     Its part of the force, with two standard errors, must be small in the rows and along the record,
-    and its value small for its unit. A parameter whose column repeats others or is not excited is
-    not known: it has a small force in this motion whatever its value is.
+    and its value small for its unit. A parameter whose column repeats others, or that the motion
+    does not excite, does not count: its force is small in this motion whatever its value is.
+
+    Parameters
+    ----------
+    excitation : Excitation
+        Excitation of the parameter.
+    value : Value
+        Its estimate.
     """
     if excitation.alike or excitation.lacking or not value.value:
         return False
@@ -441,25 +464,27 @@ def within_bounds(
 ) -> Check | Missing:
     """Return the check of every parameter against its declared bounds.
 
-    Physical parameters that follow from base parameters and known values are compared too. If only
-    parameters fixed at a bound are to be reported, the check is that of `at_bound_check`. Missing
-    if no parameter has bounds.
+    It fails if a value is at or beyond a bound. Physical parameters that follow from base
+    parameters and known values are compared too. If no value fails but parameters are fixed at a
+    bound, the check is that of `at_bound_check`. Missing if no parameter has bounds.
 
     Parameters
     ----------
     estimate : Estimate
     rest : float
-        Part of the rows in which the axis rests.
+        Part of the rows in which the axis rests, from 0 to 1.
     held : sequence of ParameterAtBound
         Parameters that the estimate does not have, because they are fixed at a bound.
     explained_by_others : bool
         Whether another candidate model explains more, so that this model lacks terms.
     """
+    # Values of the estimated parameters, and of the physical parameters that follow from them.
     axis, values = estimate.form.axis, dict(estimate.parameters)
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is not None:
         known = {p.name for p in axis.base.known}
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
+    # Parameters with bounds, and those that are at or beyond a bound.
     bounded = {p.name: p for p in (*axis.base.declared.parameters, *estimate.form.declared)}
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
     outside = [p for p in declared if not p.lower < values[p.name].corrected < p.upper]
@@ -470,6 +495,7 @@ def within_bounds(
     if not outside:
         finding: Finding = WithinBounds(parameters=tuple(p.name for p in declared))
     else:
+        # The likely cause to check.
         resting = resting_axis(rest)
         advice: BoundsAdvice = "rests" if resting else "signs, units and gain"
         if explained_by_others:
@@ -499,7 +525,7 @@ def _reaches_within(parameter: Parameter, value: Value) -> bool:
 
 
 def _outside(parameter: Parameter, value: Value) -> OutsideBounds:
-    """Return the finding of a parameter beyond its bounds, with its value minus the bias."""
+    """Return the finding of a parameter beyond its bounds; its value is corrected for the bias."""
     return OutsideBounds(
         name=parameter.name,
         unit=parameter.unit,
@@ -521,17 +547,17 @@ def at_bound_check(held: Sequence[ParameterAtBound], rest: float = 0.0) -> Check
     held : sequence of ParameterAtBound
         The fixed parameters, at least one.
     rest : float
-        Part of the rows in which the axis rests.
+        Part of the rows in which the axis rests, from 0 to 1.
     """
     farthest = max(each.distance for each in held)
-    against = farthest > MIN_DISTANCE_FROM_NOISE.value
-    resting = resting_axis(rest) if against else None
+    is_significant = farthest > MIN_DISTANCE_FROM_NOISE.value
+    resting = resting_axis(rest) if is_significant else None
     advice: BoundsAdvice | None = None
-    if against:
+    if is_significant:
         advice = "rests" if resting else "signs, units and model"
     return Check(
         name="bounds",
-        status="fail" if against else "note",
+        status="fail" if is_significant else "note",
         figure=farthest,
         threshold=MIN_DISTANCE_FROM_NOISE.value,
         source="largest distance of a free estimate beyond the bound that its parameter is fixed "
@@ -548,16 +574,19 @@ def at_bound_check(held: Sequence[ParameterAtBound], rest: float = 0.0) -> Check
 def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check | Missing | None:
     """Return the check of fixed values against the record, by Hotelling's test.
 
-    It fails where the record contradicts the values at the given significance level. None where no
-    value is fixed and no physical parameter is restricted. Missing where the record alone does not
-    determine the fixed values.
+    It fails where the record contradicts the fixed values, or the restrictions that physical
+    parameters impose on base parameters, at the significance level `level`. None where there are
+    neither. Missing where the record alone does not determine the fixed values.
     """
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is None or not (physical.known or physical.dof):
         return None
     if physical.p_value is None:
-        why = "the record alone does not determine the fixed values, so it cannot contradict them"
-        return Missing([why, *physical.undetermined][-1])
+        if physical.undetermined:
+            return Missing(physical.undetermined[-1])
+        return Missing(
+            "the record alone does not determine the fixed values, so it cannot contradict them"
+        )
     agree = bool(physical.p_value >= level)
     return Check(
         name="fixed values" if physical.known else "physical parameters",
@@ -582,10 +611,11 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
 def _fixed_value(parameter: Parameter, estimate: Estimate) -> FixedValue:
     """Return the finding of a fixed parameter, with its estimate from the record alone.
 
-    That estimate is None where the record alone does not determine the parameter.
+    The estimate is None where the record alone does not determine the parameter.
     """
     of_record = standard_error = None
-    if alone := estimate.parameters.get(parameter.name):
+    alone = estimate.parameters.get(parameter.name)
+    if alone:
         of_record = float(alone.corrected)
         standard_error = float(np.hypot(alone.deviation, alone.sd_gain))
     return FixedValue(
@@ -603,15 +633,15 @@ def nominal_check(
 ) -> Check | None:
     """Return a note on values of another order of magnitude than nominal; None without any.
 
-    A column in a wrong unit leads to such values, and no other check shows it where no law is
-    simulated. A nominal value of 0 says nothing about the size. The absolute values are compared
-    for a parameter that may have either sign.
+    A column in a wrong unit leads to such values, and no other check shows this where no law is
+    simulated. The whole interval has to be more than `_MAX_FROM_NOMINAL` times the nominal value,
+    or less than the inverse. Parameters with a nominal value of 0 are not compared. The absolute
+    values are compared for a parameter that may have either sign.
 
     Parameters
     ----------
     found : iterable of (Parameter, float, (float, float))
-        Each parameter with its value and its interval. The whole interval has to be far from the
-        nominal value.
+        Each parameter with its value and its 95 % interval.
     """
     most, far = _MAX_FROM_NOMINAL, list[FarFromNominal]()
     for parameter, value, interval in found:
@@ -650,8 +680,9 @@ def nominal_check(
 def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
     """Return the check of the identified drive gain against the declared one.
 
-    None where no gain is identified. The parameters are relative to the identified gain whatever
-    the result of the check is.
+    A significant difference is a note, and fails the check if one gain is twice the other or more,
+    or the signs differ. None where no gain is identified. The parameters rely on the identified
+    gain whatever the result of the check is.
     """
     if GAIN not in estimate.parameters:
         return None

@@ -16,6 +16,7 @@ class FewRows(Finding):
     Attributes
     ----------
     rows, parameters : int
+        Number of rows and of parameters.
     samples_per_row : int or None
         For a fit: the number of samples that count as one row; None for rows of a regression.
     """
@@ -50,8 +51,9 @@ def finite(number: float) -> float | None:
     return float(number) if math.isfinite(number) else None
 
 
-#: Reason why a record does not identify a parameter: its column nearly repeats others, it acts in
-#: few rows, other terms cancel its part of the force, or the residual is larger than its part.
+#: Reason why a record does not identify a parameter: its column is nearly a combination of others,
+#: the parameter acts in few rows, other terms cancel its part of the force, or the residual is
+#: larger than its part of the force.
 Obscurity = Literal["repeated column", "few rows", "cancelled", "below residual"]
 
 
@@ -62,11 +64,13 @@ class Unidentified:
     Attributes
     ----------
     parameters : tuple of RelativeError
+        The parameters, with their relative standard errors.
     reason : {"repeated column", "few rows", "cancelled", "below residual"}
+        Reason, see `Obscurity`.
     alike : tuple of str
-        For a repeated column: the parameters whose columns it repeats.
+        For a repeated column: the parameters whose columns it is nearly a combination of.
     rows : float
-        The equivalent number of rows in which the parameters act.
+        Equivalent number of rows in which the parameters act, see `Excitation`.
     lacking : tuple of str
         Signals that the motion does not excite, as clauses.
     """
@@ -85,14 +89,15 @@ class Precision(Finding):
     Attributes
     ----------
     largest_percent : float or None
-        Largest relative standard error of parameters that are not negligible; None if one of them
-        has the value 0, or there is none.
+        Largest relative standard error of the parameters that are not negligible; None if all are
+        negligible, or one of these has the value 0.
     has_others : bool
         True if there are parameters that are not negligible.
     negligible : tuple of RelativeError
-        Parameters that cannot be distinguished from 0 and make less than 1 % of the force.
+        Imprecise parameters that make less than 1 % of the force, with their relative standard
+        errors.
     unidentified : tuple of Unidentified
-        Imprecise parameters by reason; empty where every other parameter is precise enough.
+        Other imprecise parameters, grouped by reason; empty where there are none.
     """
 
     largest_percent: float | None
@@ -109,9 +114,9 @@ class OutsideBounds:
     ----------
     name, unit : str
     value, lower, upper : float
-        SI.
+        Value and bounds, SI.
     is_at_bound : bool
-        Whether the value equals a bound; otherwise it is beyond.
+        Whether the value equals a bound; otherwise the value is beyond the bound.
     """
 
     name: str
@@ -122,9 +127,9 @@ class OutsideBounds:
     is_at_bound: bool
 
 
-#: Likely cause to check where a parameter is beyond its bounds: chance, as its 95 % interval
-#: reaches within; a model that lacks terms of other candidates; rests in the rows; signs, units and
-#: gain; or signs, units and model.
+#: Likely cause to check where a parameter is beyond its bounds: chance, because the 95 % interval
+#: reaches within the bounds; a model that lacks terms of other candidates; rests in the rows; wrong
+#: signs, units or drive gain; or wrong signs, units or model.
 BoundsAdvice = Literal[
     "interval reaches within",
     "other candidates explain more",
@@ -155,9 +160,9 @@ class BeyondBounds(Finding):
     ----------
     parameters : tuple of OutsideBounds
     advice : str
-        Likely cause to check, of `BoundsAdvice`.
+        Likely cause to check, see `BoundsAdvice`.
     rest : RestingAxis or None
-        Rests of the axis, where these are the cause.
+        Rests of the axis if these are the likely cause; otherwise None.
     """
 
     parameters: tuple[OutsideBounds, ...]
@@ -173,11 +178,11 @@ class FixedAtBounds(Finding):
     ----------
     parameters : tuple of ParameterAtBound
     distance : float
-        Distance of the farthest free value beyond its bound, in standard errors.
+        Largest distance of an estimate without bounds beyond its bound, in standard errors.
     advice : str or None
-        Likely cause to check, of `BoundsAdvice`; None if the distance is within chance.
+        Likely cause to check, see `BoundsAdvice`; None if the distance is within chance.
     rest : RestingAxis or None
-        Rests of the axis, where these are the cause.
+        Rests of the axis if these are the likely cause; otherwise None.
     """
 
     parameters: tuple[ParameterAtBound, ...]
@@ -194,7 +199,7 @@ class FixedValue:
     ----------
     name, unit : str
     value, standard_error : float
-        SI; the standard error is 0 for an exact value.
+        Fixed value and its standard error, SI; the standard error is 0 for an exact value.
     of_record, standard_error_of_record : float or None
         Estimate from the record alone, and its standard error, SI; None where the record does not
         determine the value.
@@ -215,12 +220,13 @@ class FixedValues(Finding):
     Attributes
     ----------
     values : tuple of FixedValue
-        Empty where only the physical parameters are restricted.
+        The fixed values; empty where only the physical parameters are restricted.
     statistic, restrictions, p_value : float, int, float
+        Hotelling's T squared, number of restrictions, and p-value of the test.
     agree : bool
-        Whether the p-value is at least the level.
+        Whether the p-value is at least the significance level.
     is_bias_known : bool
-        Whether the bias of filter and noise is known and corrected.
+        Whether the bias by filter and noise is known and corrected.
     """
 
     values: tuple[FixedValue, ...]
@@ -239,7 +245,7 @@ class FarFromNominal:
     ----------
     name, unit : str
     value, nominal : float
-        SI.
+        Estimated and nominal value, SI.
     ratio : float
         Value divided by nominal value.
     """
@@ -273,10 +279,11 @@ class IdentifiedGain(Finding):
         Identified gain with its standard error, and declared gain, in `unit`.
     unit : str
     distance : float or None
-        Distance of the two, in standard errors of their difference; None where these are 0.
+        Distance between the two gains, in standard errors of their difference; None where the
+        standard error is 0.
     agreement : {"same", "near", "far"}
-        ``same`` within the standard errors; ``far`` for a factor of 2 or more, or the other sign;
-        otherwise ``near``.
+        ``same`` for a distance within three standard errors; otherwise ``far`` for a factor of 2 or
+        more, or the opposite sign, and ``near`` for a smaller factor.
     """
 
     identified: float

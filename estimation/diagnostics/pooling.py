@@ -1,13 +1,16 @@
 """Test of several records for equal parameters: each record against the others.
 
-A record gets parameters of its own in addition to the common ones: its columns of them, zero in
-every other record, are added to the estimate, which is solved again. The added parameters are the
-difference of the record from the others. Its covariance is that of simulated replicas; without them
-it is HAC for rows, and that of the errors for a fit. ``d' V^-1 d`` is compared with Hotelling's
-distribution with the degrees of freedom of the covariance. An odd record makes the others differ
-too, by less, because it is among the records that they are compared with. The record that differs
-most is named, with the parameters that differ significantly alone, or with all parameters where
-they do so only together.
+The record gets parameters of its own in addition to the common ones: the columns of its rows, with
+zeros in the rows of every other record, are added to the regressor, and the estimate is solved
+again. The added parameters are the difference d between the record and the others. The covariance V
+of the difference is that of simulated replicas; without replicas it is HAC for a regression, and
+that of the errors for a fit. ``d' V^-1 d`` is compared with Hotelling's distribution with the
+degrees of freedom of the covariance.
+
+A record with other parameters makes the remaining records differ too, by less, because it is among
+the records that they are compared with. Only the record that differs most is named, with the
+parameters that differ significantly alone, or with all parameters where they differ significantly
+only together.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -40,10 +43,11 @@ from .pooling_findings import (
     UnidentifiedInRecord,
 )
 
-# part of a column below which it counts as spanned by others; numerical slopes have this accuracy
-_OWN_PART = 1e-3
-_FEWEST = 5.0  # degrees of freedom that a covariance needs
-_LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
+# norm of the part of a column, of norm 1, that other columns do not explain; with less, the column
+# counts as a combination of the others, because numerical slopes have this accuracy
+_MIN_OWN_PART = 1e-3
+_MIN_FREEDOM = 5.0  # degrees of freedom that a covariance needs
+_LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")  # units of a mass or an inertia
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,19 +57,19 @@ class RecordRegressor:
     Attributes
     ----------
     names, units : tuple of str
-        Names and units of its p parameters.
+        Names and units of the p parameters that act in the record.
     values : (p,) array
-        Estimates from all records.
+        Estimates of these parameters from all records.
     slopes : (p, k) array
-        Derivatives of these values by the common parameters.
+        Derivatives of these values by the k common parameters.
     span : slice
-        Rows of the record.
+        Rows of the record among those of all records.
     columns, instruments : (n, p) array
         Columns of the parameters and their instruments in these rows.
     size : float
-        Norm of the output, to which effects of parameters are relative.
+        Norm of the output in these rows, to which effects of parameters are relative.
     every : int
-        Rows that carry as much information as one independent row.
+        Number of rows that carry as much information as one independent row.
     """
 
     names: tuple[str, ...]
@@ -114,8 +118,10 @@ class RecordDifference:
     untold : tuple of str
         Parameters that the record alone does not identify.
     units : mapping of str to str
+        Units of the parameters.
     shares : mapping of str to float
-        Effect of the difference of each parameter, as a fraction of the same quantity.
+        Effect of the difference of each parameter, as a fraction of the quantity of
+        `share_percent`.
     """
 
     own: Mapping[str, float]
@@ -131,7 +137,7 @@ class RecordDifference:
 
     @property
     def distances(self) -> dict[str, float]:
-        """Differences of the record from the others, in standard errors of the difference."""
+        """Difference of the record from the others by parameter, in standard errors."""
         return {n: (own - self.common[n]) / self.deviations[n] for n, own in self.own.items()}
 
     def matters(self, levels: Levels) -> bool:
@@ -141,13 +147,16 @@ class RecordDifference:
     def differing(self, levels: Levels) -> tuple[str, ...]:
         """Return the names of parameters whose difference is significant and relevant.
 
-        Significance is by Bonferroni's rule, relevance by the effect of each parameter. All
-        parameters are returned if no single one is both.
+        Significance is by Student's distribution with Bonferroni's rule, relevance by the effect of
+        the parameter on the output. All parameters are returned if none is both.
         """
         q, freedom = len(self.own), sum(self.freedom) - 1
-        chances = {n: 2 * q * float(stdtr(freedom, -abs(d))) for n, d in self.distances.items()}
-        beyond = (n for n, p in chances.items() if p < levels.level)
-        return tuple(n for n in beyond if self.shares[n] > levels.least_share) or tuple(self.own)
+        found = list[str]()
+        for name, distance in self.distances.items():
+            p_value = 2 * q * float(stdtr(freedom, -abs(distance)))
+            if p_value < levels.level and self.shares[name] > levels.least_share:
+                found.append(name)
+        return tuple(found) or tuple(self.own)
 
     def parameters(self, names: Iterable[str]) -> tuple[DifferingParameter, ...]:
         """Return the named parameters with the estimates of the record and of the others."""
@@ -175,7 +184,7 @@ def difference_of(
     effects: Array,
     untold: Sequence[str] = (),
 ) -> RecordDifference:
-    """Return the difference of a record from the others in its q parameters, with its test.
+    """Return the difference of a record from the others in q parameters, with its test.
 
     Parameters
     ----------
@@ -188,7 +197,8 @@ def difference_of(
     freedom : float
         Degrees of freedom of the covariance.
     effects : (n, q) array
-        Effect of the difference of each parameter on the output, relative to its size.
+        Effect of the difference of each parameter on the output, relative to the norm of the
+        output.
     untold : sequence of str
         Parameters that the record alone does not identify.
     """
@@ -216,13 +226,13 @@ class PoolingTest:
     Attributes
     ----------
     records : tuple of RecordDifference or Missing
-        Difference of each record from all others; missing where it does not identify the
-        parameters.
+        Difference of each record from all others; Missing, with the reason, for a record that
+        cannot be compared.
     odd : int or None
-        The record that differs most, those with a relevant effect first; None where all differences
-        are within chance.
+        Index of the record that differs most, of those with a relevant effect if there are any;
+        None where all differences are within chance.
     p_value : float
-        Smallest p-value of all records, corrected for their number.
+        Smallest p-value of all records, corrected for the number of records.
     """
 
     records: tuple[RecordDifference | Missing, ...]
@@ -237,10 +247,18 @@ def pooling_test(
 
     The covariance is that of simulated replicas, or HAC where there are too few. Missing for a
     direct model, and with a robust loss.
+
+    Parameters
+    ----------
+    problem : Problem
+        Several records.
+    estimate : Estimate
+        Common estimate from all records.
+    levels : Levels
     """
     if estimate.is_direct:
         return Missing(
-            "the rows of a direct model are accelerations, and records are compared by their forces"
+            "the rows of a direct model are accelerations, but records are compared by their forces"
         )
     if estimate.counts is not None:
         return Missing(
@@ -253,19 +271,18 @@ def pooling_test(
 
     def extended(columns: Array, instruments: Array) -> tuple[Array, Array, Array]:
         """Solve the common estimate again with further columns, see `Solved`."""
-        names = [
-            *(q.label for q in estimate.form.quantities),
-            *["a record's own"] * columns.shape[1],
-        ]
+        names = [q.label for q in estimate.form.quantities]
+        names += ["a parameter of one record"] * columns.shape[1]
         solution = instrumental_variables(
             weights * estimate.net_residuals,
             checked_columns(np.hstack([X, columns]), names, neighbours=estimate.neighbours),
             factor(np.hstack([Z, instruments]), names),
         )
+        # Covariance by replicas if there are enough, otherwise HAC.
         by_twins = None
         if residuals is not None and common is not None:
             moved = solution.influence.T @ (weights[:, None] * residuals)
-            # The residuals of replicas do not contain their common errors, which vary as well.
+            # The residuals are those with the estimate of each replica, whose errors are added.
             moved[: common.shape[1]] += common.T
             by_twins = covariance_of_twins(moved, columns.shape[1])
         applied = by_twins or Hac().applied(solution)
@@ -294,12 +311,12 @@ def covariance_of_twins(moved: Array, columns: int) -> CovarianceEstimate | None
     Parameters
     ----------
     moved : (m, R) array
-        Errors of the m estimated parameters in each replica.
+        Errors of the m estimated parameters in each of R replicas.
     columns : int
         Number of parameters that are tested for zero.
     """
     pairs = moved.shape[1] / 2  # antithetic replicas are one sample
-    if pairs - columns + 1 < _FEWEST:
+    if pairs - columns + 1 < _MIN_FREEDOM:
         return None
     return CovarianceEstimate(
         matrix=np.atleast_2d(np.cov(moved)), freedom=np.full(len(moved), pairs)
@@ -329,6 +346,7 @@ def pooling_test_of(
         return next(each for each in found if isinstance(each, Missing))
     # Bonferroni's rule; two records have a single difference, so that both tests are the same.
     number = len(tests) if len(found) > 2 else 1
+    # Of the significant differences, a relevant one with the smallest p-value.
     odd = min(
         [i for i, each in tests.items() if number * each.p_value < levels.level],
         key=lambda i: (not tests[i].matters(levels), tests[i].p_value, -tests[i].statistic),
@@ -346,6 +364,9 @@ def pooling_check(
     output: str = "force",
 ) -> Check:
     """Return the check that all records have the same parameters.
+
+    It fails where a significant difference has a relevant effect; a significant difference without
+    a relevant effect is a note.
 
     Parameters
     ----------
@@ -423,28 +444,32 @@ def _tested(
     number : int
         Index of the record.
     """
-    # Columns of the record that it identifies alone, and that the other records share.
+    # Columns of the record among the rows of all records.
     record = records[number]
     around = (record.span.start, len(base) - record.span.stop), (0, 0)
     X, Z = (np.pad(each, around) for each in (record.columns, record.instruments))
+    # Parameters that the record identifies alone, and of these the ones that other records share.
     shown = _independent(Z, base[:, :0])
-    if not (own := [shown[j] for j in _independent(Z[:, shown], base)]):
-        return Missing("this record identifies no parameter that it shares with the others")
+    own = [shown[j] for j in _independent(Z[:, shown], base)]
+    if not own:
+        return Missing("this record identifies no parameter that it shares with the other records")
     # An estimate from few rows follows their noise, so that their residuals are too small.
     needed = MIN_ROWS_PER_PARAMETER.value * len(own)
     others = sum(each.independent_rows for each in records if each is not record)
-    for whose, rows in (("this record has", record.independent_rows), ("the others have", others)):
+    counts = (("this record has", record.independent_rows), ("the other records have", others))
+    for subject, rows in counts:
         if rows < needed:
             return Missing(
-                f"{whose} {rows} independent rows for {len(own)} parameters, and a comparison of "
+                f"{subject} {rows} independent rows for {len(own)} parameters, and a comparison of "
                 f"the records needs {needed:g}. Record a longer motion"
             )
+    # The difference of the record from the others, with its covariance.
     try:
         change, covariance, dof = extended(X[:, own], Z[:, own])
     except EstimationError as error:
         return Missing(str(error))
     q, freedom = len(own), float(np.min(dof[-len(own) :]))
-    if freedom - q + 1 < _FEWEST:
+    if freedom - q + 1 < _MIN_FREEDOM:
         return Missing("too few residuals are independent for a covariance. Record a longer motion")
     return difference_of(
         {record.names[j]: record.units[j] for j in own},
@@ -460,9 +485,11 @@ def _tested(
 def _independent(columns: Array, others: Array) -> list[int]:
     """Return the indices of the columns, (n, p), that are linearly independent.
 
-    A column is left out if the `others`, (n, k), and the columns before it span it.
+    A column is not included if it is a combination of the `others`, (n, k), and of the columns
+    before it.
     """
     every = np.hstack([others, columns])
     sizes = np.linalg.norm(every, axis=0)
+    # Norm of the part of each column that is orthogonal to those before it.
     own = np.diag(np.linalg.qr(every / np.where(sizes > 0, sizes, 1.0), mode="r"))
-    return [*map(int, np.flatnonzero(np.abs(own[others.shape[1] :]) > _OWN_PART))]
+    return [*map(int, np.flatnonzero(np.abs(own[others.shape[1] :]) > _MIN_OWN_PART))]

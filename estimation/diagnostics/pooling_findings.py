@@ -7,7 +7,7 @@ from axisid.estimation.findings import Finding
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DifferingParameter:
-    """A parameter that differs between a record and others.
+    """A parameter that differs between a record and the other records.
 
     Attributes
     ----------
@@ -15,12 +15,12 @@ class DifferingParameter:
     own : float
         Estimate from the record alone, SI.
     common : float
-        Estimate from the others, SI.
+        Estimate from the other records, SI.
     standard_error : float
-        Standard error of the difference.
+        Standard error of the difference, SI.
     unit : str
     is_load : bool
-        Whether it is a mass or an inertia, which another load changes.
+        Whether the parameter is a mass or an inertia, which another load changes.
     """
 
     name: str
@@ -38,11 +38,13 @@ class OddRecord:
     Attributes
     ----------
     name : str
+        Name of the record.
     other : str or None
         Name of the other record if there are two records; None if there are more.
     parameters : tuple of DifferingParameter
+        Parameters that differ significantly.
     matters : bool
-        Whether the effect of the difference is more than the least share.
+        Whether the effect of the difference on the output is relevant, so that the check fails.
     """
 
     name: str
@@ -58,8 +60,9 @@ class UnidentifiedInRecord:
     Attributes
     ----------
     record : str
+        Name of the record.
     parameters : tuple of str
-        Empty where the record cannot be compared at all.
+        Names of the parameters; empty where the record cannot be compared at all.
     """
 
     record: str
@@ -73,12 +76,12 @@ class ComparedRecords(Finding):
     Attributes
     ----------
     odd : OddRecord or None
-        None where all records agree within chance.
+        The record that differs most; None where all records agree within chance.
     largest_percent : float
         Largest effect of the difference between the parameters of a record alone and those of the
-        others, in percent of the output of the record (rms).
+        other records, in percent of the output of the record (rms).
     least_percent : float
-        Effect in percent of the output, above which a significant difference matters.
+        Effect in percent of the output, above which a significant difference fails the check.
     output : str
         ``force``, or ``output`` for a fit.
     unidentified : tuple of UnidentifiedInRecord

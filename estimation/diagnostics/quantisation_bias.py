@@ -7,23 +7,24 @@ from axisid.estimation.regression import Form
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 
-_DRAWS = 4  # each with both signs
+_DRAWS = 4  # of the added noise, each used with both signs
 
 
 def quantisation_bias(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
     """Return the bias of each parameter by the steps of a logged position, (p,).
 
-    The steps are those that the log has and the control loop does not read.
+    The log has these steps, but the control loop does not read them.
 
-    Rounding adds noise that is uniform within a step. Added noise of the same size changes the
-    estimate by about the same bias once more, to first order in its variance: the simulation step
-    of Cook and Stefanski's SIMEX.
+    Rounding acts as noise that is uniform within a step. Further noise of the same size changes the
+    estimate by about the same bias once more, to first order in the variance of the noise. This is
+    the simulation step of Cook and Stefanski's SIMEX.
 
     Parameters
     ----------
     form : Form
         Form at its operating point, if it is linearised.
     data : FilteredRecord
+        The record.
     step : float
         Step of the position, SI.
     physical : (p,) array

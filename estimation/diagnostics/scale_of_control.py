@@ -1,9 +1,9 @@
 """Effect of a wrong scale of the recorded control on the parameters.
 
 A control that is recorded too large makes the force too large by the same factor. The check of the
-control law accepts a factor within 1 % of the declared one, which can move a parameter far beyond
-its confidence interval. Where the record cannot tell a wrong scale from wrong gains of the law, a
-wrong scale is assumed.
+control law accepts a factor within 1 % of the declared one, which can change a parameter by far
+more than its confidence interval. Where the record cannot distinguish a wrong scale from wrong
+gains of the law, a wrong scale is assumed.
 """
 
 from dataclasses import dataclass, replace
@@ -28,16 +28,17 @@ class ControlScaleMoves(Finding):
     Attributes
     ----------
     finding : Finding
-        Comparison with the declared law, which the control follows.
+        Finding of the comparison with the declared law, which the control follows.
     scale : float
         Factor by which the recorded control may be too large.
     parameter : str
+        Name of the parameter.
     change : float
-        Change of the parameter by that factor.
+        Change of the parameter by that factor, in `unit`.
     unit : str
         Unit of the parameter.
     standard_errors : float
-        The change relative to the standard error of the parameter and of the change.
+        The change, in joint standard errors of the parameter and of the change.
     """
 
     finding: Finding
@@ -51,8 +52,9 @@ class ControlScaleMoves(Finding):
 def control_law_check(case: DiagnosticInputs) -> Check | Missing:
     """Return the check of the declared law against the recorded control.
 
-    It fails where the control does not follow the law, or where a wrong scale of the control that
-    the record does not exclude moves a parameter too far. Missing where the law cannot be compared.
+    It fails where the control does not follow the law. It also fails where a wrong scale of the
+    control, which the record does not exclude, changes a parameter too much. Missing where the law
+    cannot be compared.
     """
     law = case.law
     check = case.if_used(law_check(law))
@@ -62,7 +64,10 @@ def control_law_check(case: DiagnosticInputs) -> Check | Missing:
 
 
 def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreement) -> Check:
-    """Return the check of the law; failed where the scale of the control moves a parameter too far.
+    """Return the check of the law; failed if a wrong scale of the control matters.
+
+    A wrong scale matters if it is significant and changes a parameter by more than `MAX_LAW_MOVE`
+    standard errors. Otherwise the check is returned unchanged.
 
     Parameters
     ----------
@@ -73,18 +78,18 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
         Comparison of the law with the record.
     """
     # Scale of the control by the comparison, if it is a plausible explanation.
-    shown = [each for each in law.plausible if each.kind[0] == SCALE]
+    by_scale = [each for each in law.plausible if each.kind[0] == SCALE]
     whole = case.whole or case
     joint = whole.problem.joint_form
     # An identified drive gain contains the scale, and is compared with the declared gain.
     absorbed = joint is not None and joint.gain is not None
-    if not shown or absorbed or case.data.record.force is not None:
+    if not by_scale or absorbed or case.data.record.force is not None:
         return check
-    share, deviation = shown[0].values[SCALE], shown[0].deviations[SCALE]
+    share, deviation = by_scale[0].values[SCALE], by_scale[0].deviations[SCALE]
     if share < 0:
         # Noise and rounding in the inputs of the law make the control look too small. The relative
         # effect is at most the square of the part of the control that the law does not reproduce.
-        share = min(share + (shown[0].left_percent / 100) ** 2, 0.0)
+        share = min(share + (by_scale[0].left_percent / 100) ** 2, 0.0)
     if abs(share) <= MIN_DISTANCE_FROM_NOISE.value * deviation:
         return check
     # Change of each parameter by the scale, in standard errors of the parameter and of the change.
@@ -92,9 +97,9 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
     shifts: dict[str, float] = {}
     moves = dict(zip(judged, _moved_by_scale(case, share).tolist(), strict=True))
     for name, value in judged.items():
-        unsure = np.hypot(value.deviation, moves[name] * deviation / share)
-        if value.deviation > 0 and np.isfinite(unsure):
-            shifts[name] = float(abs(moves[name]) / unsure)
+        standard_error = np.hypot(value.deviation, moves[name] * deviation / share)
+        if value.deviation > 0 and np.isfinite(standard_error):
+            shifts[name] = float(abs(moves[name]) / standard_error)
     worst = max(shifts, key=lambda name: shifts[name], default="")
     if not worst or shifts[worst] <= MAX_LAW_MOVE.value:
         return check
@@ -105,7 +110,7 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
         threshold=MAX_LAW_MOVE.value,
         source="largest change of a parameter if the recorded control has another scale, in "
         "standard errors of the parameter and of the change. The threshold is measured: the change "
-        "is at most 1.2 standard errors on 120 correct twins whose position is followed",
+        "is at most 1.2 standard errors on 120 correct twins with a fit of the position",
         finding=ControlScaleMoves(
             finding=check.finding,
             scale=float(1 + share),
@@ -118,7 +123,7 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
 
 
 def _moved_by_scale(case: DiagnosticInputs, share: float) -> Array:
-    """Return the change of each parameter, (p,), where the control is 1 + share times too large.
+    """Return the change of each parameter, (p,), if the control is ``1 + share`` times too large.
 
     In the rows of this record, the force F of the recorded control u differs from that of
     ``u / (1 + share)``. The parameters of all records change by the pseudo-inverse of the regressor

@@ -1,9 +1,10 @@
 """Sudden steps of the recorded position: lost samples, repeated samples, and a stuck encoder.
 
-A body with inertia moves in one sample period by nearly as much as in the period before. A step is
-sudden if it differs from its neighbours to one side, by more than twice the largest second
-difference of steps elsewhere in the record. The position must be in motion before or after it,
-because a short move from rest to rest can fall into one sample period.
+A step is the change of the position from one sample to the next. A body with inertia moves in one
+sample period by nearly as much as in the period before. A step is sudden if it is larger, or
+smaller, than both neighbouring steps by more than twice the largest second difference of the
+position elsewhere in the record. The position must be in motion before or after the step, because a
+short move from rest to rest can fall into one sample period.
 """
 
 from dataclasses import dataclass
@@ -19,10 +20,12 @@ from axisid.support.arrays import Array, mask_of, runs
 
 SUDDEN_STEPS = "sudden steps"
 _WINDOW = 10  # steps before or after a sudden step, which show motion or rest
-_LEAST_SURPLUS = 3  # of these steps in one direction
-_STUCK = 2.0  # times the missed motion, up to which a stuck encoder catches up
+_LEAST_SURPLUS = 3  # by which the steps of a motion in one direction outnumber those in the other
+# size of a step relative to the missed motion, up to which a stuck encoder catches up
+_STUCK = 2.0
 _WHOLE_RANGE = 0.9  # of the range of recorded positions, from which a step back is a new turn
 
+#: Most likely cause of a sudden step.
 Cause = Literal[
     "new turn", "repeated sample", "stuck encoder", "lost samples", "lost samples or counts"
 ]
@@ -39,13 +42,13 @@ class SuddenStep:
     size : float
         Change of the position in the step, m or rad.
     motion : float
-        Mean change of the position in the steps after it, or before it, m or rad.
+        Mean of the steps after this step, or, at rest there, of the steps before it, m or rad.
     neighbour : float
-        Size of the smaller of the two steps next to it, m or rad.
+        Size of the smaller of the two neighbouring steps, m or rad.
     held : int
-        Number of steps of 0 directly before it.
+        Number of steps of 0 directly before this step.
     is_asked : bool
-        Whether the reference makes a sudden step at the same place.
+        Whether the reference has a sudden step at the same sample.
     range : float
         Difference of the largest and the smallest recorded position, m or rad.
     """
@@ -60,12 +63,12 @@ class SuddenStep:
 
     @property
     def is_new_turn(self) -> bool:
-        """True if the position jumps back by its whole range, as after a full turn."""
+        """True if the position jumps back by its whole range, as an angle within one turn does."""
         return self.size * self.motion < 0 and abs(self.size) >= _WHOLE_RANGE * self.range
 
     @property
     def is_repeat(self) -> bool:
-        """True if the step is smaller than both neighbours: a sample is repeated."""
+        """True if the step is smaller than both neighbouring steps: a sample is repeated."""
         return abs(self.size) < self.neighbour
 
     @property
@@ -105,7 +108,7 @@ class SuddenSteps(Finding):
     held : int
         Sample periods directly before the largest step in which the position stood still.
     is_in_reference : bool
-        Whether the reference makes a sudden step at the same place.
+        Whether the reference has a sudden step at the same sample.
     """
 
     number: int
@@ -122,14 +125,16 @@ def sudden_steps(record: Record) -> list[SuddenStep]:
 
     A step counts only if the position is in motion in the steps after it, or before it.
     """
+    # Samples before a sudden step of the reference.
     spans = _unmasked_spans(record)
     asked: set[int] = set()
     if record.reference is not None:
         asked = set(wild_steps(record.reference, spans).tolist())
     moved = np.diff(record.position)
-    # The last step before each place that is not 0; -1 before the first.
+    # Index of the last step before each sample that is not 0; -1 if there is none.
     moving = np.where(moved != 0, np.arange(len(moved)), -1)
     last_moving = np.concatenate([[-1], np.maximum.accumulate(moving)])
+    # Bounds of the pieces, and range of their positions.
     starts, stops = np.array(spans).T
     positions = np.concatenate([record.position[start:stop] for start, stop in spans])
     position_range = float(np.ptp(positions))
@@ -158,7 +163,8 @@ def sudden_steps(record: Record) -> list[SuddenStep]:
 def _unmasked_spans(record: Record) -> list[tuple[int, int]]:
     """Return the pieces of a record between gaps and masked samples.
 
-    A piece is the pair of its first sample and the one after its last.
+    A piece is the pair of the index of its first sample and the index after its last sample. If
+    all samples are masked, the pieces are those between gaps.
     """
     kept = ~mask_of(record.masked, len(record))
     pieces = [piece for start, stop in record.spans for piece in runs(kept[start:stop], start)]
@@ -187,8 +193,8 @@ def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
         figure=float(len(found)),
         threshold=0.0,
         source="number of sudden steps of the recorded position. A step is sudden if it differs "
-        "from its neighbours by more than twice the largest second difference of the position "
-        "elsewhere in the record",
+        "from its neighbouring steps by more than twice the largest second difference of the "
+        "position elsewhere in the record",
         finding=_finding_of(found, record, axis.coordinate.unit),
     )
 

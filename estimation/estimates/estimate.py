@@ -45,8 +45,8 @@ class NotSimulated(Missing):
     Attributes
     ----------
     by_estimate : bool
-        Whether there are a law and a reference, and the estimate is the reason: a loop that is too
-        stiff, has no inertia, or diverges.
+        True if the estimate is the reason: there are a law and a reference, but the loop with this
+        estimate is too stiff, has no inertia, or diverges. False if law or reference are missing.
     """
 
     by_estimate: bool = False
@@ -61,9 +61,9 @@ class Iterate(Exact):
     physical : (p,) array
         Physical parameters.
     theta : (k,) array
-        The regression's own parameters.
+        Parameters of the regression, which the physical parameters are calculated from.
     simulation_error_percent : float
-        Simulation error of the loop with this iterate.
+        Simulation error of the loop with this iterate, percent of the measured left side (rms).
     """
 
     physical: Array
@@ -88,9 +88,11 @@ class Inference(Exact):
     freedom, ddm_freedom : dict of str to array
         Degrees of freedom of the variances in the covariances, (p,) and (m,).
     gain_slopes : (p,) array or None
-        Derivatives of the physical parameters by the logarithm of the gain; None for an exact gain.
+        Derivatives of the physical parameters by the logarithm of the drive gain; None for an exact
+        gain.
     theta_gain_slopes : (k,) array or None
-        Derivatives of the regression's own parameters by the logarithm of the gain.
+        Derivatives of the regression's own parameters by the logarithm of the drive gain; None for
+        an exact gain.
     noise_free : (n,) array or None
         Residuals of the same estimator and filter for loops simulated with the estimate, or the
         mean residuals of replicas: errors of the filter, without their effect on the estimate. The
@@ -104,7 +106,7 @@ class Inference(Exact):
     twins_residuals : (n, R) array or None
         Residuals of the estimator in each replica; None without replicas with noise.
     twin_errors : (R, k) array or None
-        Errors of the regression's own parameters in each replica.
+        Errors of the regression's own parameters in each replica; None without replicas.
     """
 
     covariances: Mapping[str, Array]
@@ -232,14 +234,14 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Time of each row since the record's first sample, s, for a record with gaps; None where it
         is ``rows * period``.
     residuals : (n,) array
-        ``y - X theta`` minus the known part of the model if it has one; for output error, ``y``
-        minus the simulated left side.
+        ``y - X theta`` minus the known terms of the model, if any; for output error, ``y`` minus
+        the simulated left side.
     simulated : (n,) array or NotSimulated
-        Left side of the simulated loop.
+        Left side of the simulated loop, or the reason why no loop was simulated.
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||``. Not a quality of an instrumental-variable estimate.
     simulation_error_percent : float or None
-        ``100 ||y - simulated|| / ||y||``.
+        ``100 ||y - simulated|| / ||y||``; None where no loop was simulated.
     condition_number : float
         Condition number of X without scaling.
     iterates : tuple of Iterate
@@ -328,11 +330,11 @@ class Estimate(EstimateFacts, Presentable, Exact):
     def net_residuals(self) -> Array:
         """Residuals minus the errors of the filter, (n,), in the unit of the left side.
 
-        The errors of the filter are `Inference.noise_free`; where that is None, the residuals are
+        The errors of the filter are `Inference.noise_free`; where they are None, the residuals are
         returned unchanged.
         """
-        quiet = self.inference.noise_free
-        return self.residuals if quiet is None else self.residuals - quiet
+        filter_errors = self.inference.noise_free
+        return self.residuals if filter_errors is None else self.residuals - filter_errors
 
     @property
     def score_columns(self) -> Array:
@@ -397,6 +399,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Empty for an inverse model.
         """
         bias, by_gain = None, self.inference.theta_gain_slopes
+        # The bias is that of the physical parameters, mapped to those of the direct model.
         if self.ddm_quantities and self.filter_bias is not None:
             bias = self.theta_ddm - self.form.regressed(self.corrected)
         return SamplingDistribution(
@@ -435,7 +438,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         RuntimeWarning
             The function is nonlinear within the uncertainty: the delta method is not accurate.
         """
-        return self.distribution.derived(function, "draw instead: propagate()", self._curvature)
+        return self.distribution.derived(function, "use draws: propagate()", self._curvature)
 
     @property
     def curvatures(self) -> Array:
@@ -444,8 +447,9 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Zero where the regression is in the physical parameters themselves; the delta method is
         enough up to about 0.1.
         """
-        second, flat = self._curvature, np.zeros((len(self.physical),) * 2)
-        return np.array([second(row, flat) for row in np.eye(len(self.physical))])
+        curvature_of, p = self._curvature, len(self.physical)
+        # A parameter as a function of all parameters: its gradient is a row of the identity.
+        return np.array([curvature_of(row, np.zeros((p, p))) for row in np.eye(p)])
 
     def propagate(
         self,
@@ -491,10 +495,9 @@ class Estimate(EstimateFacts, Presentable, Exact):
         )
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         freedom = (self.inference.ddm_freedom or self.freedom)[covariance]
-        drawn, lost = draw_parameters(
-            self.form, self.theta, self._of_theta(covariance), freedom, draws, seed
-        )
-        drawn += self.corrected - self.physical
+        of_theta = self._covariance_of_theta(covariance)
+        drawn, lost = draw_parameters(self.form, self.theta, of_theta, freedom, draws, seed)
+        drawn += self.corrected - self.physical  # minus the bias by filter and noise
         return summary_of_draws(read.value, self.physical, str(read.unit), drawn, lost, seed)
 
     @property
@@ -504,15 +507,20 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def _curvature(self) -> Callable[[Array, Array], float]:
-        """Function of gradient, (p,), and Hessian, (p, p), of a function of the parameters.
+        """Function that returns the curvature of a function f of the physical parameters.
 
-        It returns the second-order part of that function's standard error relative to the first.
+        Its arguments are the gradient, (p,), and the Hessian, (p, p), of f. The curvature is the
+        second-order part of the standard error of f, relative to the first-order part.
         """
-        of_theta = self._of_theta(self.chosen)
+        of_theta = self._covariance_of_theta(self.chosen)
         return partial(curvature, *scaled_gradients_and_hessians(self.form, self.theta, of_theta))
 
-    def _of_theta(self, name: str) -> Array:
-        """Return the covariance of that name for the regression's own parameters, (k, k)."""
+    def _covariance_of_theta(self, name: str) -> Array:
+        """Return the covariance of the regression's own parameters, (k, k), by its name.
+
+        For a direct model, these covariances are known. Otherwise the covariance of the physical
+        parameters is mapped back by the inverse Jacobian.
+        """
         if self.is_direct:
             return self.ddm_covariances[name]
         inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)

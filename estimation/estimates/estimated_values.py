@@ -55,8 +55,8 @@ class Value:
         95 % interval about `corrected`, by `deviation` and Student's distribution with the degrees
         of freedom of the chosen covariance.
     sd_gain : float
-        Standard error by the declared standard deviation of the drive gain, which no other figure
-        includes.
+        Standard error by the declared standard deviation of the drive gain. The other members do
+        not include it.
     filter_bias : float or None
         Bias by filter and noise, found with simulated replicas of the record. The value contains
         it, the interval does not. None without replicas.
@@ -79,7 +79,7 @@ class Value:
     def __str__(self) -> str:
         """Return value, standard error, unit and 95 % interval on one line."""
         # The centre of the interval first, as on the screen.
-        biased = f" ({self.value:.6g} with bias)" * self.is_shifted
+        biased = f" ({self.value:.6g} with bias)" if self.is_shifted else ""
         return (
             f"{self.corrected:.6g} +- {self.deviation:.2g} {self.unit}{biased}, "
             f"95 %: {range_text(*self.interval, ' to ', digits=6)} {self.unit}"
@@ -137,13 +137,14 @@ class Value:
 
 
 class NamedValues(dict[str, Value]):
-    """Values by name; an unknown name is refused with the known ones."""
+    """Values by name of the parameter; an unknown name is refused with a list of the names."""
 
     def __getitem__(self, name: str) -> Value:
         """Return the value of that name; UsageError for an unknown name."""
         if not is_among(name, self):
             raise UsageError(
-                f"there is no {quoted(name)}. Choose from {', '.join(self)}.", code="result"
+                f"there is no parameter {quoted(name)}. Choose from {', '.join(self)}.",
+                code="result",
             )
         return super().__getitem__(name)
 
@@ -173,7 +174,7 @@ def degrees_of_freedom_of(value: Value) -> float:
     """Return the degrees of freedom of Student's distribution that a value's interval implies.
 
     They follow from the half width of the interval in standard errors. Infinite where the standard
-    error is 0 or not finite.
+    error is 0 or not finite, and where no finite number gives that width.
     """
     low, high = value.interval
     if not 0 < value.deviation < np.inf:
@@ -260,14 +261,15 @@ class SamplingDistribution(Exact):
         slopes : (r, p) array
             Derivatives of the functions by the parameters.
         """
-        used = np.any(slopes != 0, axis=0)
-        used = np.outer(used, used)
+        # An infinite variance only counts for functions of its parameter: it is 0 in the covariance
+        # if no function depends on the parameter.
+        has_slope = np.any(slopes != 0, axis=0)
+        is_used = np.outer(has_slope, has_slope)
         return SamplingDistribution(
             quantities=quantities,
             theta=theta,
             covariances={
-                # An infinite variance only counts for functions of its parameter.
-                name: delta_method(np.where(used | np.isfinite(c), c, 0.0), slopes)
+                name: delta_method(np.where(is_used | np.isfinite(c), c, 0.0), slopes)
                 for name, c in self.covariances.items()
             },
             freedom={
@@ -286,10 +288,11 @@ class SamplingDistribution(Exact):
         gradient, hessian : (p,) and (p, p) arrays
             First and second derivatives of the function by the parameters.
         """
+        # Only the parameters that the function depends on, as others may have infinite variances.
         used = np.flatnonzero((gradient != 0) | hessian.any(axis=0))
-        own = np.ix_(used, used)
-        spread = covariance_root(self.covariances[self.chosen][own])  # NaN if one is infinite
-        return curvature(spread, np.zeros((len(used),) * 3), gradient[used], hessian[own])
+        block = np.ix_(used, used)
+        root = covariance_root(self.covariances[self.chosen][block])  # NaN if one is infinite
+        return curvature(root, np.zeros((len(used),) * 3), gradient[used], hessian[block])
 
     def derived(
         self,
@@ -305,7 +308,8 @@ class SamplingDistribution(Exact):
         ----------
         function : str or SymPy expression
         advice : str
-            Last clause of the warning where the function is too nonlinear for the delta method.
+            Advice of the warning where the function is too nonlinear for the delta method: an
+            instruction that begins with a verb, without a full stop.
         curvature : callable, optional
             Replacement of the method `curvature`, for parameters that are not linear functions of
             the regression's own parameters.
@@ -313,10 +317,15 @@ class SamplingDistribution(Exact):
         Raises
         ------
         UsageError
-            The function cannot be read, its units do not fit, or it is of a parameter at a bound,
-            whose errors go to one side.
+            The function cannot be read, its units do not fit, or it depends on a parameter at a
+            bound, whose errors go to one side.
         EstimationError
-            It has no finite value at the estimate.
+            The function or one of its derivatives has no finite value at the estimate.
+
+        Warns
+        -----
+        RuntimeWarning
+            The function is nonlinear within the uncertainty.
         """
         # The function with its unit, and its value and derivatives at the estimate.
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
@@ -324,34 +333,39 @@ class SamplingDistribution(Exact):
         gradient, hessian = np.array(slopes), np.array(bends)
         if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
             raise EstimationError(
-                f"{function} is not a finite real number with finite derivatives at the estimate; "
-                f"its value is {value:g}."
+                f"{function} must be a finite real number with finite derivatives at the estimate, "
+                f"but its value there is {value:g}. Give a function that is smooth at the estimate."
             )
         # Refuse parameters at a bound, and warn where a linearisation is not accurate.
         names = [q.name for q, slope in zip(self.quantities, gradient, strict=True) if slope]
-        if held := [name for name in names if name in self.at_bound]:
+        names_at_bound = [name for name in names if name in self.at_bound]
+        if names_at_bound:
+            name = names_at_bound[0]
             raise UsageError(
-                f"{held[0]} is at a bound, so its errors are one-sided and the delta method does "
-                "not apply to functions of it. Use its own interval, or fit with other bounds.",
+                f"{name} is at a bound, so its errors are one-sided and the delta method does not "
+                f"apply to functions of {name}. Use the interval of {name}, or fit with other "
+                "bounds.",
                 code="bounds",
             )
         second_order = (curvature or self.curvature)(gradient, hessian)
         if second_order > _MAX_CURVATURE:
             warnings.warn(
                 f"{function} is nonlinear within the uncertainty: the second-order part of its "
-                f"standard error is about {second_order:.2g} times the first; {advice}",
+                f"standard error is about {second_order:.2g} times the first-order part. "
+                f"{advice[:1].upper()}{advice[1:]}",
                 RuntimeWarning,
                 stacklevel=3,  # the caller of `derive`
             )
-        made = Quantity(name=str(function), unit=str(read.unit))
-        (found,) = self.through((made,), np.array([value]), gradient[None, :]).values.values()
-        return found
+        quantity = Quantity(name=str(function), unit=str(read.unit))
+        derived = self.through((quantity,), np.array([value]), gradient[None, :])
+        return derived.values[quantity.name]
 
 
 def least_freedom(freedom: Array, slopes: Array) -> Array:
     """Return the degrees of freedom of r functions of p parameters, (r,).
 
-    Those of a function are the smallest `freedom`, (p,), of the parameters that it depends on,
-    which are those with a nonzero derivative in `slopes`, (r, p).
+    The degrees of freedom of a function are the smallest of those of its parameters, `freedom`,
+    (p,). Its parameters are those with a nonzero derivative in `slopes`, (r, p). Infinite for a
+    function without parameters.
     """
     return np.asarray(np.min(np.where(slopes != 0, freedom, np.inf), axis=1), dtype=float)

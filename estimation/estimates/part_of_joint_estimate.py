@@ -12,7 +12,7 @@ from axisid.estimation.regression import (
     simulated_rows,
 )
 from axisid.estimation.unknowns import JointForm
-from axisid.support.arrays import relative_error_percent
+from axisid.support.arrays import Array, relative_error_percent
 
 from .estimate import Estimate, NotSimulated
 
@@ -34,9 +34,15 @@ def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Est
     # The rows of this record, with the parameters of the whole estimate.
     data, span = problem.data[record], problem.spans[record]
     left, residuals, counts = estimate.y[span], estimate.residuals[span], estimate.counts
-    simulated, told = estimate.simulated, estimate.inference
-    simulated = simulated if isinstance(simulated, NotSimulated) else simulated[span]
-    plain = replace(
+    simulated, inference = estimate.simulated, estimate.inference
+    simulation_error = None
+    if not isinstance(simulated, NotSimulated):
+        simulated = simulated[span]
+        if len(left):
+            simulation_error = relative_error_percent(left - simulated, left)
+    if counts is not None:
+        counts = LossWeights(weights=counts.weights[span], slopes=counts.slopes[span])
+    with_rows = replace(
         estimate,
         y=left,
         rows=data.sampling.rows,
@@ -46,23 +52,24 @@ def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Est
         residuals=residuals,
         simulated=simulated,
         equation_error_percent=relative_error_percent(residuals, left) if len(left) else 0.0,
-        simulation_error_percent=None
-        if isinstance(simulated, NotSimulated) or not len(left)
-        else relative_error_percent(left - simulated, left),
+        simulation_error_percent=simulation_error,
         weights=np.ones(len(left)),
-        counts=counts and LossWeights(weights=counts.weights[span], slopes=counts.slopes[span]),
+        counts=counts,
     ).with_inference(
-        noise_free=None if told.noise_free is None else told.noise_free[span],
-        chains=told.chains[record : record + 1],
-        twins_residuals=None if told.twins_residuals is None else told.twins_residuals[span],
+        noise_free=_rows_of(inference.noise_free, span),
+        chains=inference.chains[record : record + 1],
+        twins_residuals=_rows_of(inference.twins_residuals, span),
     )
     # If all records share all parameters, only the columns remain to be cut out.
     if not isinstance(estimate.form, JointForm):
-        X, Z = estimate.X[span], estimate.Z
-        return replace(
-            plain, X=X, Z=None if Z is None else Z[span], condition_number=condition_number(X)
-        )
-    return _in_own_parameters(plain, estimate.form, problem, record)
+        X, Z = estimate.X[span], _rows_of(estimate.Z, span)
+        return replace(with_rows, X=X, Z=Z, condition_number=condition_number(X))
+    return _in_own_parameters(with_rows, estimate.form, problem, record)
+
+
+def _rows_of(values: Array | None, span: slice) -> Array | None:
+    """Return the rows of one record, a slice of all rows; None for missing values."""
+    return None if values is None else values[span]
 
 
 def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record: int) -> Estimate:
@@ -85,18 +92,18 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     physical = form.own(part.physical, record)
     # Derivatives of the record's parameters by those of all records.
     slopes = form.record_jacobian(record) @ np.linalg.inv(part.jacobian)
-    own = form.of_record(record)
-    X, Z = own.equations(data.signals).reduced(data).regressor, None
+    form_of_record = form.of_record(record)
+    X, Z = form_of_record.equations(data.signals).reduced(data).regressor, None
     if part.Z is not None:
         loops = simulated_loops(axis, data.record, physical)
-        Z = simulated_rows(own, loops, physical, data).regressor
+        Z = simulated_rows(form_of_record, loops, physical, data).regressor
         X = Z if part.by_output_error else X
     by_gain = part.inference.gain_slopes
     by_gain = None if by_gain is None else slopes @ by_gain
-    made = part.distribution.through(axis.parameters, physical, slopes)
+    distribution = part.distribution.through(axis.parameters, physical, slopes)
     return replace(
         part,
-        form=own,
+        form=form_of_record,
         quantities=axis.parameters,
         theta=physical,
         physical=physical,
@@ -106,9 +113,9 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         condition_number=condition_number(X),
         iterates=(),
     ).with_inference(
-        covariances=made.covariances,
-        freedom=made.freedom,
+        covariances=distribution.covariances,
+        freedom=distribution.freedom,
         gain_slopes=by_gain,
         theta_gain_slopes=by_gain,
-        bias=made.bias,
+        bias=distribution.bias,
     )

@@ -31,8 +31,8 @@ _SAME_PARAMETER = 1e-3  # difference of equal values, relative to size and stand
 
 _MOST_STEPS = 200
 _STILL = 1e-10  # relative change of parameters, distance and derivative at convergence
-_SIZES = (1.0, 0.1, 10.0, 0.01, 100.0)  # where a nominal value of 0 says nothing
-_STRETCHES = (1.0, 3.0, 1 / 3)
+_SIZES = (1.0, 0.1, 10.0, 0.01, 100.0)  # start values in place of a nominal value of 0
+_STRETCHES = (1.0, 3.0, 1 / 3)  # factors of the start values
 #: Least relative standard errors, from the start to the end of a descent: an exactly known product
 #: makes a narrow, curved valley of the distance, which is found through wider valleys.
 _SHARPEST = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -60,11 +60,11 @@ Minimum = tuple[Array, float]
 
 
 class Distance:
-    """Squared distance of declared parameters from an estimate, to be minimised by `minimum`.
+    """Squared distance of declared parameters from an estimate, which `minimum` minimises.
 
-    The declared parameters imply base parameters, and are themselves the fixed values. The distance
-    is that of both from the estimated base parameters and the given fixed values, in standard
-    errors.
+    The declared parameters imply base parameters, and some of them have fixed values. The distance
+    compares the implied base parameters with the estimated ones, and the parameters with their
+    fixed values, in standard errors.
 
     Parameters
     ----------
@@ -122,10 +122,13 @@ class Distance:
         Several parameters may have the same distance. The first of them inside the bounds is then
         returned; the first of all if none is inside.
         """
-        near = self._valleys()
-        theta, cost = near[0]
-        candidates = [*near, *((other, cost) for other in self._mirrored(theta))]
-        return next((each for each in candidates if self._inside(each[0])), near[0])
+        minima = self._best_minima()
+        theta, cost = minima[0]
+        candidates = [*minima, *((other, cost) for other in self._mirrored(theta))]
+        for candidate in candidates:
+            if self._inside(candidate[0]):
+                return candidate
+        return minima[0]
 
     def others(self, theta: Array) -> list[Array]:
         """Return other solutions inside the bounds with the same distance as `theta`, each once.
@@ -135,14 +138,14 @@ class Distance:
         """
         candidates = [*self._mirrored(theta)]
         if not self.base.undetermined:
-            candidates += [other for other, _ in self._valleys()]
+            candidates += [other for other, _ in self._best_minima()]
         solutions = [theta]
         for other in filter(self._inside, candidates):
             if not any(self.are_same(solution, other).all() for solution in solutions):
                 solutions.append(other)
         return solutions[1:]
 
-    def _valleys(self) -> list[Minimum]:
+    def _best_minima(self) -> list[Minimum]:
         """Return the ends of all descents whose distance equals the smallest one, to rounding."""
         minima = [self._descend(start) for start in self._starts()]
         least = min(cost for _, cost in minima)
@@ -154,6 +157,7 @@ class Distance:
 
         The tolerance is 0.1 % of the sum of the parameter's size and its standard error.
         """
+        # A standard error while the other unknowns are fixed: the inverse of the slopes' norm.
         slopes = np.linalg.norm(self._residuals(theta)[1], axis=0)
         deviations = np.zeros(len(theta))
         deviations[self.free] = np.divide(1.0, slopes, out=np.zeros(len(slopes)), where=slopes > 0)
@@ -202,18 +206,25 @@ class Distance:
 
         theta = start.copy()
 
-        def at(free: Array, whiten: Array) -> tuple[Array, Array]:
-            """Return whitened residuals and slopes for values of the unknowns, (f,)."""
-            theta[self.free] = free
-            return self._residuals(theta, whiten)
+        def residuals_at(unknowns: Array, whiten: Array) -> Array:
+            """Return the whitened residuals, (z,), for values of the unknowns, (f,)."""
+            theta[self.free] = unknowns
+            return self._residuals(theta, whiten)[0]
 
+        def jacobian_at(unknowns: Array, whiten: Array) -> Array:
+            """Return the derivatives of the whitened residuals by the unknowns, (z, f)."""
+            theta[self.free] = unknowns
+            return -self._residuals(theta, whiten)[1]
+
+        # Without unknowns there is nothing to minimise.
+        whitenings = self._wider if self.free else []
         with np.errstate(all="ignore"):
-            for whiten in self._wider if self.free else ():
+            for whiten in whitenings:
                 try:
                     fit = least_squares(
-                        lambda *here: at(*here)[0],
+                        residuals_at,
                         theta[self.free],
-                        lambda *here: -at(*here)[1],
+                        jacobian_at,
                         args=(whiten,),
                         x_scale="jac",
                         xtol=_STILL,
@@ -299,7 +310,7 @@ class Physical(Exact):
     parameters : NamedValues
         Declared parameters that can be calculated, by name.
     covariances : mapping of str to array
-        Covariances of these in their order: ``iid``, ``robust`` and ``hac``.
+        Covariance matrices of `parameters`, in their order, by name: ``iid``, ``robust``, ``hac``.
     undetermined : tuple of str
         Sentences on parameters that cannot be calculated, with the values that would have to be
         known; empty where all can be calculated.
@@ -329,18 +340,23 @@ class Physical(Exact):
 
 
 class PhysicalByMethod(dict[str, Physical]):
-    """Physical parameters by method; an unknown method is refused with a list of known ones."""
+    """Physical parameters by method; an unknown method is refused with a list of the methods."""
 
     def __getitem__(self, method: str) -> Physical:
         """Return the physical parameters by one method; UsageError for an unknown method."""
         name = method.lower() if isinstance(method, str) else method
         if is_among(name, self):
             return super().__getitem__(name)
-        there = "The estimates are the physical parameters already: result[METHOD].parameters"
+        advice = (
+            "The estimates have the physical parameters already. Read result[METHOD].parameters"
+        )
         if self:
-            there = f"Choose from {', '.join(self)}, and from its parameters by name"
+            advice = (
+                f"Choose from {', '.join(self)}, and then a parameter by name: "
+                "result.physical[METHOD].parameters[NAME]"
+            )
         raise UsageError(
-            f"physical parameters are by method, and there is no {quoted(method)}. {there}.",
+            f"there are no physical parameters by the method {quoted(method)}. {advice}.",
             code="result",
         )
 
@@ -388,16 +404,21 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
             "no values of the physical parameters give the estimated base parameters. Check the "
             "equation of motion and the fixed values, or declare better nominal values",
         )
-    elif (influence := distance.influence(theta, rank)) is None:
-        undetermined += (
-            "at this estimate the base parameters hardly change with the physical ones, which "
-            "therefore cannot be calculated. Fix other values",
-        )
-    # Distribution of those declared parameters that are determined.
-    declared, lost = base.declared.parameters, undetermined_names(base)
+    else:
+        influence = distance.influence(theta, rank)
+        if influence is None:
+            undetermined += (
+                "at this estimate the base parameters hardly change with the physical parameters, "
+                "which therefore cannot be calculated. Fix other values",
+            )
+    # Distribution of the declared parameters that are determined; `kept` has their indices.
+    declared, undetermined_parameters = base.declared.parameters, undetermined_names(base)
     dof_of_base = float(np.min(of_base.freedom[of_base.chosen]))
-    kept = [j for j, p in enumerate(declared) if p.name not in lost and influence is not None]
-    slopes = np.zeros((0, len(distance.target))) if influence is None else influence[kept]
+    kept: list[int] = []
+    slopes = np.zeros((0, len(distance.target)))
+    if influence is not None:
+        kept = [j for j, p in enumerate(declared) if p.name not in undetermined_parameters]
+        slopes = influence[kept]
     # Values that are fixed so far away that the distance is not finite contradict the record.
     is_tested = dof > 0 and (influence is not None or not np.isfinite(cost))
     distribution = SamplingDistribution(
@@ -411,6 +432,12 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
         chosen=of_base.chosen,
         by_gain=None if by_gain is None else slopes[:, : len(by_gain)] @ by_gain,
     )
+    remarks = [*_remarks_on_other_solutions(distance, theta, kept)] if kept else []
+    remarks += [
+        declared[j].out_of_bounds(theta[j])
+        for j in kept
+        if declared[j].known is None and not declared[j].allows(theta[j])
+    ]
     return Physical(
         method=method,
         known=base.known,
@@ -422,18 +449,11 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
         statistic=min(cost, float(np.finfo(float).max)) if is_tested else 0.0,
         dof=dof if is_tested else 0,
         p_value=hotelling_p_value(cost, dof, dof_of_base) if is_tested else None,
-        remarks=(
-            *(_others(distance, theta, kept) if kept else ()),
-            *(
-                declared[j].out_of_bounds(theta[j])
-                for j in kept
-                if not declared[j].allows(theta[j]) and declared[j].known is None
-            ),
-        ),
+        remarks=tuple(remarks),
     )
 
 
-def _others(distance: Distance, theta: Array, kept: list[int]) -> Iterator[str]:
+def _remarks_on_other_solutions(distance: Distance, theta: Array, kept: list[int]) -> Iterator[str]:
     """Yield remarks on other solutions of the minimum distance within the declared bounds.
 
     `theta`, (p,), is the reported solution; `kept` has the indices of the reported parameters.
@@ -441,8 +461,9 @@ def _others(distance: Distance, theta: Array, kept: list[int]) -> Iterator[str]:
     names = [p.name for p in distance.base.declared.parameters]
     for other in distance.others(theta):
         same = distance.are_same(theta, other)
-        if values := ", ".join(f"{names[j]} = {other[j]:.4g}" for j in kept if not same[j]):
+        values = ", ".join(f"{names[j]} = {other[j]:.4g}" for j in kept if not same[j])
+        if values:
             yield (
-                f"{values} would fit as well. The given values are nearer the nominal ones. "
-                "Declare bounds to exclude one of the two"
+                f"{values} would fit as well. The reported values are nearer to the nominal "
+                "values. Declare bounds that exclude one of the two solutions"
             )

@@ -1,9 +1,9 @@
 """Detectability of parameters: refuse parameters that a record does not show, by name.
 
 Scaled to unit norm, even a column of 1e-80 gives an estimate. The criterion is the size that a
-parameter needs for its force to stand out of the residual. A record does not show a parameter if
-that force exceeds the whole force of the record at the sample where the term acts most, or if the
-size is far beyond the one that the parameter's unit and declaration suggest.
+parameter needs for its force to exceed the residual. A record does not show a parameter if that
+force exceeds ten times the largest force of the record at the sample where the term acts most, or
+if that size is far beyond the size that the parameter's unit and declaration suggest.
 """
 
 from collections.abc import Sequence
@@ -91,8 +91,9 @@ def check_time_known(axis: GeneratedAxis) -> None:
     estimated = axis.declared.drive.estimated
     if estimated is not None:
         raise UsageError(
-            f"axis {axis.name!r}: the {estimated[0]} of its drive is to be estimated, which "
-            "identify does from one record; declare its result as a number here.",
+            f"axis {axis.name!r}: the {estimated[0]} of its drive is to be estimated, and only "
+            f"identify estimates it, from one record. Declare the estimated {estimated[0]} as a "
+            "number.",
             code="drive-time",
         )
 
@@ -106,24 +107,28 @@ def check_has_rows(axis: Axis) -> None:
         The axis has internal states.
     """
     names = ", ".join(state.name for state in axis.states)
+    states = f"state {names}, which is" if len(axis.states) == 1 else f"states {names}, which are"
     refuse(
         ModelError,
         (
             axis.states,
-            f"the friction of axis {axis.name!r} has the internal "
-            f"{'state' if len(axis.states) == 1 else 'states'} {names}, in no record, so that "
-            "least squares, "
-            "instruments and DIDIM have no rows of measured signals; fit the simulated loop (fit)",
+            f"the friction of axis {axis.name!r} has the internal {states} not recorded. Least "
+            "squares, instrumental variables and DIDIM need rows of measured signals only. Fit the "
+            "simulated loop (fit)",
         ),
         code="equation",
     )
 
 
-def _keeping_samples() -> str:
-    """Return the advice if the samples left out near reversals and rests may show a parameter."""
+def _advice_to_keep_samples() -> str:
+    """Return advice for a parameter that the samples near reversals and rests may show.
+
+    These samples are left out of the rows.
+    """
     return (
-        f"For a force that acts near reversals, keep those samples ({setting('reversals', 'keep')})"
-        ", or fit the simulated loop (axisid fit), which uses all samples. Otherwise record"
+        "For a force that acts near reversals, keep the samples there "
+        f"({setting('reversals', 'keep')}), or fit the simulated loop (axisid fit), which uses all "
+        "samples."
     )
 
 
@@ -136,7 +141,12 @@ def check_visible(
     source: str,
     without_turns: bool,
 ) -> None:
-    """Refuse a regression with a column that the record does not show.
+    """Refuse a regression with a parameter that the record does not show.
+
+    The noise is the rms residual of least squares. From it follows the size that a parameter needs
+    to be significant. The record does not show a parameter with a zero column, or if the largest
+    force with the needed size is not plausible, or if that size itself is not plausible. Parameters
+    that enter nonlinearly are not checked.
 
     Parameters
     ----------
@@ -153,53 +163,99 @@ def check_visible(
     Raises
     ------
     EstimationError
-        A record does not show the named parameters; the size that they need is given.
+        The record does not show some parameters. The message names them, with the size that each
+        would need.
     """
     finite = np.all(np.isfinite(regressor)) and np.all(np.isfinite(left))
     if reach is None or len(regressor) <= regressor.shape[1] or not finite:
         return
     norms = np.linalg.norm(regressor, axis=0)
     unit = regressor[:, norms > 0] / norms[norms > 0]
+    # Noise: the rms residual of least squares, at least the rounding of the force.
     residuals = left - unit @ np.linalg.lstsq(unit, left, rcond=None)[0]
-    unexplained = float(np.linalg.norm(residuals) / np.sqrt(len(left) - regressor.shape[1]))
-    # Noise: the rms residual of least squares.
-    noise = max(unexplained, _ROUNDING * reach.force)
+    rms = float(np.linalg.norm(residuals) / np.sqrt(len(left) - regressor.shape[1]))
+    noise = max(rms, _ROUNDING * reach.force)
     if not np.isfinite(noise):
         return  # the regression refuses signals of this size
+    unseen = _reasons_not_shown(axis, reach, norms, noise)
+    if not unseen:
+        return
+    turns = ", without the samples near reversals and rests" if without_turns else ""
+    raise EstimationError(
+        f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. "
+        f"{_advice_on_parameters(axis, [*unseen], without_turns=without_turns)}",
+        code="not-shown",
+    )
+
+
+def _reasons_not_shown(
+    axis: GeneratedAxis, reach: SignalRanges, norms: Array, noise: float
+) -> dict[str, str]:
+    """Return why the record does not show some parameters, as text, by name of the parameter.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    reach : SignalRanges
+        Ranges of the signals.
+    norms : (p,) array
+        Norms of the columns of the regressor.
+    noise : float
+        Root mean square of the noise, in the unit of the force.
+    """
     unseen: dict[str, str] = {}
-    natural, unit_of_force = typical_magnitudes(axis, reach), axis.coordinate.force_unit
+    typical, unit_of_force = typical_magnitudes(axis, reach), axis.coordinate.force_unit
     for j, p in enumerate(axis.axis_parameters):
         if axis.nonlinear[j]:
-            continue  # its column is a derivative about a point
+            continue  # the column is a derivative, linearised about a point
         if norms[j] == 0:
             unseen[p.name] = f"the column of {p.name} is zero in every row"
             continue
         # The size with which the parameter is significant, and its largest force with that size.
         needed = MIN_DISTANCE_FROM_NOISE.value * noise / float(norms[j])
-        there = needed * float(reach.columns[j])
-        seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"
-        if there > _MAX_CANCELLED_FORCE * reach.force:
+        largest_force = needed * float(reach.columns[j])
+        reason = f"{p.name} would have to be {needed:.2g} {p.unit} to exceed the noise"
+        if largest_force > _MAX_CANCELLED_FORCE * reach.force:
             unseen[p.name] = (
-                f"{seen}, a force of {there:.2g} {unit_of_force} where it acts most, in a record "
-                f"whose largest is {reach.force:.3g} {unit_of_force}"
+                f"{reason}, which is a force of {largest_force:.2g} {unit_of_force} where it acts "
+                f"most, but the largest force of the record is {reach.force:.3g} {unit_of_force}"
             )
-        elif needed > _farthest(p, float(natural[j])):
-            usual = f"a force and a motion like these make a parameter in {p.unit} about "
-            said = [f"{usual}{natural[j]:.2g}"] * bool(np.isfinite(natural[j]))
-            said += [f"its nominal value is {p.nominal:g}"] * bool(p.nominal)
-            unseen[p.name] = f"{seen}; {' and '.join(said) or 'its bounds are far below that'}"
-    if not unseen:
-        return
-    turns = ", without the samples near reversals and rests" if without_turns else ""
-    made = {q.name: q.expression for q in axis.parameters if q.expression}
-    which = (f"a parameter of {made[n]}" if n in made else setting("leave_out", n) for n in unseen)
-    record = _keeping_samples() if without_turns else "Record"
-    them = "it" if len(unseen) == 1 else "them"
-    raise EstimationError(
-        f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. "
-        f"{record} a motion that stays longer where the force depends on it, or leave {them} out "
-        f"({' and '.join(which)}).",
-        code="not-shown",
+        elif needed > _largest_plausible(p, float(typical[j])):
+            unseen[p.name] = f"{reason}, but {_plausible_size(p, float(typical[j]))}"
+    return unseen
+
+
+def _plausible_size(parameter: Parameter, typical: float) -> str:
+    """Return a clause on the plausible size of a parameter: typical size, nominal value, bounds."""
+    clauses = []
+    if np.isfinite(typical):
+        clauses.append(
+            f"with this force and motion, a typical parameter in {parameter.unit} is about "
+            f"{typical:.2g}"
+        )
+    if parameter.nominal:
+        clauses.append(f"its nominal value is {parameter.nominal:g}")
+    return " and ".join(clauses) or "its bounds are far below that size"
+
+
+def _advice_on_parameters(axis: GeneratedAxis, names: Sequence[str], *, without_turns: bool) -> str:
+    """Return advice for parameters that a record does not show.
+
+    The advice is to keep samples near reversals and rests, if they are left out; to record another
+    motion; or to leave the parameters out.
+    """
+    expressions = {q.name: q.expression for q in axis.parameters if q.expression}
+    to_leave_out = []
+    for name in names:
+        if name in expressions:
+            to_leave_out.append(f"a parameter of {expressions[name]}")
+        else:
+            to_leave_out.append(setting("leave_out", name))
+    keep = f"{_advice_to_keep_samples()} Otherwise record" if without_turns else "Record"
+    parameters = "the parameter" if len(names) == 1 else "these parameters"
+    return (
+        f"{keep} a motion that stays longer where the force depends on {parameters}, or leave "
+        f"{parameters} out ({' and '.join(to_leave_out)})."
     )
 
 
@@ -211,9 +267,17 @@ def typical_magnitudes(
     It is the product of powers of the force, the travel and the times of the motion that has the
     dimension of the unit. It is infinite for units with other dimensions (an ampere; a length on a
     rotary axis), and for parameters of terms with a recorded signal.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    reach : SignalRanges
+        Ranges of force and motion.
+    parameters : sequence of Parameter, optional
+        Parameters of length p; those of the axis by default.
     """
     named = axis.axis_parameters if parameters is None else parameters
-    sizes = np.array([_natural(axis, p.unit, reach) for p in named])
+    sizes = np.array([_typical_magnitude(axis, p.unit, reach) for p in named])
     if axis.signals and [p.name for p in named] == list(axis.names):
         sizes[columns_by_signal(axis)["recorded"]] = np.inf
     return sizes
@@ -222,36 +286,53 @@ def typical_magnitudes(
 def detection_limits(axis: GeneratedAxis, reach: SignalRanges) -> Array:
     """Return the largest size that a detectable parameter may need to exceed the noise, (p,).
 
-    It is the smaller one of two sizes: that with ten times the record's largest force; and 1000
-    times the larger of declared and typical size (without a declared one 1e9 times the typical).
+    It is the smaller of two sizes. The first is the size with ten times the record's largest force.
+    The second is 1000 times the larger of declared and typical size; without a declared size, it is
+    1e9 times the typical size.
     """
-    natural = typical_magnitudes(axis, reach)
+    typical = typical_magnitudes(axis, reach)
     with np.errstate(divide="ignore"):
         by_force = _MAX_CANCELLED_FORCE * reach.force / reach.columns
-    sizes = [_farthest(p, float(n)) for p, n in zip(axis.axis_parameters, natural, strict=True)]
+    sizes = [
+        _largest_plausible(p, float(size))
+        for p, size in zip(axis.axis_parameters, typical, strict=True)
+    ]
     return np.minimum(by_force, sizes)
 
 
-def _farthest(parameter: Parameter, natural: float) -> float:
-    """Return the largest plausible size of a parameter from its declared and typical size."""
+def _largest_plausible(parameter: Parameter, typical: float) -> float:
+    """Return the largest plausible size of a parameter from its declared and typical size.
+
+    The declared size is the largest magnitude of nominal value and finite bounds.
+    """
     bounds = max(abs(parameter.lower), abs(parameter.upper))
     declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
     if not declared:
-        return _MAX_TIMES_UNIT * natural
-    return _MAX_TIMES_DECLARED * max(declared, natural if np.isfinite(natural) else 0.0)
+        return _MAX_TIMES_UNIT * typical
+    if not np.isfinite(typical):
+        typical = 0.0
+    return _MAX_TIMES_DECLARED * max(declared, typical)
 
 
-def _natural(axis: GeneratedAxis, unit: str, reach: SignalRanges) -> float:
-    """Return the typical magnitude of a parameter with a unit; infinite if it has none."""
-    mass, length, time, current, warmth = map(float, parse_unit(unit).exponents)
+def _typical_magnitude(axis: GeneratedAxis, unit: str, reach: SignalRanges) -> float:
+    """Return the typical magnitude of a parameter with a unit; infinite if it has none.
+
+    It is ``force^a travel^b time^c`` with the powers that give the unit. The largest magnitude is
+    returned for three times of the motion: travel by speed, speed by acceleration, and the root of
+    travel by acceleration.
+    """
+    mass, length, time, current, temperature = map(float, parse_unit(unit).exponents)
     travel = reach.travel[1] - reach.travel[0]
-    rotary = axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen
-    lengths, times = length - (2 if rotary else 1) * mass, time + 2 * mass
-    if current or warmth or (rotary and lengths):
+    # A unit does not show powers of the radian, which has no dimension.
+    is_rotary = axis.coordinate.unit == "rad"
+    lengths, times = length - (2 if is_rotary else 1) * mass, time + 2 * mass
+    if current or temperature or (is_rotary and lengths):
         return np.inf
     with np.errstate(all="ignore"):
-        speed, push = np.float64(reach.velocity), np.float64(reach.acceleration)
-        clocks = np.array([travel / speed, speed / push, np.sqrt(travel / push)])
-        sizes = reach.force**mass * np.float64(travel) ** lengths * clocks**times
+        speed, acceleration = np.float64(reach.velocity), np.float64(reach.acceleration)
+        motion_times = np.array(
+            [travel / speed, speed / acceleration, np.sqrt(travel / acceleration)]
+        )
+        sizes = reach.force**mass * np.float64(travel) ** lengths * motion_times**times
     usable = sizes[np.isfinite(sizes)]
     return float(usable.max()) if usable.size else np.inf

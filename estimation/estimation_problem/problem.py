@@ -37,6 +37,9 @@ from .parameter_at_bound import ParameterAtBound
 class Solver:
     """Solver of the rows of a form: least squares, instrumental variables or output error.
 
+    Without `loop` and `slopes` it is least squares, with `loop` alone instrumental variables, and
+    with both output error.
+
     Attributes
     ----------
     loop : QrFactors or None
@@ -53,13 +56,21 @@ class Solver:
     counts: LossWeights | None = None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:
-        """Return the solution of rows, which are those of a form."""
+        """Return the solution of `rows`, which are rows of `form`.
+
+        Raises
+        ------
+        EstimationError
+            As in `factor`, `checked_columns` and `instrumental_variables`.
+        """
         names = [q.label for q in form.quantities]
         right = self.slopes or rows
         left = rows.left - right.intercept
-        Z = factor(right.regressor, names) if self.loop is None else self.loop
-        X = Z if self.loop is None else checked_columns(right.regressor, names)
-        return instrumental_variables(left, X, Z, self.counts)
+        if self.loop is None:
+            regressor = factor(right.regressor, names)
+            return instrumental_variables(left, regressor, regressor, self.counts)
+        columns = checked_columns(right.regressor, names)
+        return instrumental_variables(left, columns, self.loop, self.counts)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -74,8 +85,8 @@ class Problem(Uncached):
     axis : GeneratedAxis
         Axis to identify.
     data : tuple of FilteredRecord
-        One or more records. Their axis is that of the problem, or the one that a joint form has for
-        each record. Their rows have one period.
+        One or more records. The axis of each record is that of the problem, or the axis that a
+        joint form has for the record. The rows of all records have the same distance in time.
     joint_form : JointForm or None
         Parameters of the records if not all are shared; None if all are shared.
     weights : tuple of float
@@ -98,6 +109,7 @@ class Problem(Uncached):
     held: tuple[ParameterAtBound, ...] = ()
 
     def __post_init__(self) -> None:
+        """Refuse an axis that has no rows, or is not identifiable; see the class."""
         check_has_rows(self.axis.axis)
         check_time_known(self.axis)
         if self.joint_form is None and self.axis.unidentifiable:
@@ -107,6 +119,7 @@ class Problem(Uncached):
             )
 
     def __repr__(self) -> str:
+        """Return the name of the axis and its records."""
         return f"{self.axis.name} from {', '.join(map(repr, self.data))}"
 
     @cached_property
@@ -126,8 +139,9 @@ class Problem(Uncached):
             return kind(self.axis)
         if not issubclass(kind, InverseForm):
             raise ModelError(
-                "the direct model is only possible if all records share all parameters and no "
-                "values are known of each record, as its parameters are quotients of them.",
+                "the direct model needs records that share all parameters, without known values of "
+                "single records, because its parameters are quotients of the shared parameters. "
+                "Use a method of the inverse model, such as idm-iv.",
                 code="method",
             )
         return self.joint_form
@@ -138,7 +152,10 @@ class Problem(Uncached):
         return self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
 
     def rows(self, form: Form) -> Equations:
-        """Return the measured rows of a form.
+        """Return the measured rows of a form, filtered and weighted, of all records.
+
+        The rows of a linear form are computed once. A record that does not show a parameter is
+        refused, except with local parameters or known values of each record.
 
         Raises
         ------
@@ -152,9 +169,11 @@ class Problem(Uncached):
         every = [form.of_record(i).equations(data.signals) for i, data in enumerate(self.data)]
         rows = self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
         if isinstance(form, InverseForm) and self.joint_form is None:
-            # Refuse columns that the rows do not show, by the ranges over all samples.
-            pairs = zip(self.data, every, strict=True)
-            samples = [(data.signals, own, data.sampling.kept) for data, own in pairs]
+            # Refuse parameters that the rows do not show, by the ranges over all kept samples.
+            samples = [
+                (data.signals, equations, data.sampling.kept)
+                for data, equations in zip(self.data, every, strict=True)
+            ]
             with adding(lambda: self.lacking):
                 check_visible(
                     self.axis,
@@ -176,10 +195,13 @@ class Problem(Uncached):
     def factored(self, form: Form, measured: Equations) -> QrFactors:
         """Return the QR factors of the regressor of measured rows.
 
+        The factors are computed once for the rows that `rows` keeps, which are those of linear
+        forms.
+
         Raises
         ------
         EstimationError
-            As in `factor`, with the missing excitation of the motion.
+            As in `factor`, with a sentence on the missing excitation of the motion.
         """
         key, is_kept = (factor, type(form)), measured is self.made.get(type(form))
         if is_kept and key in self.made:
@@ -205,24 +227,24 @@ class Problem(Uncached):
         self, form: Form, physical: Array, loops: tuple[Simulation, ...]
     ) -> Equations:
         """Return the filtered rows of loops that were simulated with parameters (p,)."""
-        pairs = enumerate(zip(self.data, self.by_record(loops), strict=True))
-        rows = [
-            simulated_rows(form.of_record(i), of_one, form.own(physical, i), data)
-            for i, (data, of_one) in pairs
-        ]
+        rows = []
+        for i, (data, own_loops) in enumerate(zip(self.data, self.by_record(loops), strict=True)):
+            own_form, own_parameters = form.of_record(i), form.own(physical, i)
+            rows.append(simulated_rows(own_form, own_loops, own_parameters, data))
         return self._stacked(form, rows)
 
     def loops(
         self, form: Form, physical: Array, budget: StepBudget | None = None
     ) -> tuple[Simulation, ...]:
-        """Return the simulated loops with parameters (p,), one for each segment of each record."""
-        return tuple(
-            loop
-            for i, data in enumerate(self.data)
-            for loop in simulated_loops(
-                data.axis, data.record, form.own(physical, i), budget=budget
-            )
-        )
+        """Return the simulated loops with parameters (p,), one for each segment of each record.
+
+        The arguments are those of `simulated`.
+        """
+        loops: list[Simulation] = []
+        for i, data in enumerate(self.data):
+            own_parameters = form.own(physical, i)
+            loops += simulated_loops(data.axis, data.record, own_parameters, budget=budget)
+        return tuple(loops)
 
     def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
         """Return simulated loops, one for each segment of all records, grouped by record."""
@@ -243,44 +265,51 @@ class Problem(Uncached):
 
     @property
     def rest(self) -> float:
-        """Share of the samples of a fit at which the axis is at standstill."""
+        """Share of the used samples of all records at which the axis is at standstill, 0 to 1."""
         weights = [int(data.sampling.used.sum()) for data in self.data]
         rests = [data.rest for data in self.data]
         return float(np.average(rests, weights=weights)) if sum(weights) else max(rests)
 
     @property
     def lacking(self) -> str:
-        """Sentence on missing excitation of the motion; empty if none is known."""
+        """Sentence on the excitation that the motion of every record lacks; empty if none."""
         every = [motion_lacks(data.signals) for data in self.data]
-        facts = [fact for fact in every[0] if all(fact in others for others in every)]
+        facts = [fact for fact in every[0] if all(fact in of_record for of_record in every)]
         where = "this record" if len(self.data) == 1 else "each of these records"
         return f"In {where} {', and '.join(facts)}." if facts else ""
 
     def _stacked(self, form: Form, rows: Sequence[Equations]) -> Equations:
-        """Return the weighted rows of all records, in the parameters of a form."""
+        """Return the weighted rows of all records, in the parameters of a form.
+
+        `rows` has the rows of each record, in the parameters of the record's axis.
+        """
         pieces = []
         for i, own in enumerate(rows):
+            left = own.left
+            intercept, regressor = form.placed(i, own.intercept, own.regressor)
             weight = self.weights[i] if self.weights else 1.0
-            parts = (own.left, *form.placed(i, own.intercept, own.regressor))
-            left, intercept, regressor = (part if weight == 1 else weight * part for part in parts)
+            if weight != 1:
+                left, intercept, regressor = weight * left, weight * intercept, weight * regressor
             pieces.append(Equations(left=left, intercept=intercept, regressor=regressor))
         return Equations.stacked(pieces)
 
     @cached_property
     def made(self) -> dict[Any, Any]:
-        """Cache of rows and QR factors by linear form, and of fits by method."""
+        """Cache of rows and QR factors by type of linear form, and of fits by method."""
         return {}
 
 
 @contextmanager
 def adding(sentence: Callable[[], str]) -> Iterator[None]:
-    """Append a sentence to an error in the ``with`` block; it is computed only then.
+    """Append a sentence to an error that is raised in the ``with`` block.
 
-    An empty sentence changes nothing.
+    `sentence` returns the sentence, and is called only if there is an error. With an empty
+    sentence, the error is raised unchanged.
     """
     try:
         yield
     except AxisidError as error:
-        if what := sentence():
-            raise type(error)(f"{error} {what}", code=error.code) from error
+        further = sentence()
+        if further:
+            raise type(error)(f"{error} {further}", code=error.code) from error
         raise

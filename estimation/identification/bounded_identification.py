@@ -33,7 +33,8 @@ def bounded_identification(
 
     Parameters that the bounded estimate has at a bound are fixed there, and the axis is identified
     again, until no parameter is beyond its bound. The covariances are those of the identification
-    without bounds, because the true value of a fixed parameter is not known.
+    without bounds, because the true value of a fixed parameter is not known. If the first
+    identification is within all bounds, it is returned unchanged.
 
     Parameters
     ----------
@@ -48,22 +49,23 @@ def bounded_identification(
     """
     result = free = identify(axis)
     bounds: dict[str, float] = {}
-    while beyond := _at_bounds(axis, result.preferred):
+    # Fix the parameters that the bounded estimate has at a bound, until there are no more of them.
+    while beyond := _bounds_reached(axis, result.preferred):
         bounds |= beyond
         result = identify(axis_at_bounds(axis, bounds))
     if not bounds:
         return free
-    # For each fixed parameter, its estimate while only the other ones are fixed.
-    held = []
+    # For each fixed parameter, its estimate while only the other fixed parameters are fixed.
+    fixed = []
     for name, bound in bounds.items():
         others = {other: at for other, at in bounds.items() if other != name}
         without = identify(axis_at_bounds(axis, others)) if others else free
-        held.append(_held(without.preferred, axis, name, bound))
+        fixed.append(_parameter_at_bound(without.preferred, axis, name, bound))
     estimates = {
         method: _with_free_covariances(estimate, free.estimates.get(method, estimate))
         for method, estimate in result.estimates.items()
     }
-    return replace(result, problem=replace(result.problem, held=tuple(held)), estimates=estimates)
+    return replace(result, problem=replace(result.problem, held=tuple(fixed)), estimates=estimates)
 
 
 def axis_at_bounds(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
@@ -78,14 +80,14 @@ def axis_at_bounds(axis: GeneratedAxis, bounds: Mapping[str, float]) -> Generate
     Raises
     ------
     EstimationError
-        Nothing can be identified with these values.
+        The axis with these values cannot be identified: no parameter or no inertia is left.
     """
     try:
         return build(leave_out(axis.declared, **bounds), native=axis.native.enabled)
     except AxisidError as error:
-        said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
+        fixed = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
         raise EstimationError(
-            f"no axis can be identified with {said}: {str(error).rstrip('.')}. Check the signs "
+            f"no axis can be identified with {fixed}: {str(error).rstrip('.')}. Check the signs "
             "and units of the record.",
             code="bounds",
         ) from error
@@ -94,8 +96,8 @@ def axis_at_bounds(axis: GeneratedAxis, bounds: Mapping[str, float]) -> Generate
 def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
     """Return an estimate with the covariances that its parameters have in the free estimate.
 
-    Unchanged where the fixed parameters change the grouping of the others, so that the free
-    estimate has other parameters.
+    Without the fixed parameters, other parameters may form a base parameter together that the free
+    estimate does not have. The estimate is then returned unchanged.
 
     Parameters
     ----------
@@ -104,33 +106,37 @@ def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
     free : Estimate
         Estimate by the same method with no parameter fixed.
     """
-    names, own = ([q.name for q in each] for each in (free.quantities, free.ddm_quantities))
+    names = [q.name for q in free.quantities]
+    ddm_names = [q.name for q in free.ddm_quantities]
+    # Indices of the estimate's parameters among those of the free estimate.
     try:
-        at = [names.index(q.name) for q in estimate.quantities]
-        of_ddm = [own.index(q.name) for q in estimate.ddm_quantities]
-    except ValueError:  # the fixed parameters changed the grouping of the others
+        kept = [names.index(q.name) for q in estimate.quantities]
+        kept_ddm = [ddm_names.index(q.name) for q in estimate.ddm_quantities]
+    except ValueError:  # the free estimate has other base parameters
         return estimate
     return estimate.with_inference(
-        covariances={n: each[np.ix_(at, at)] for n, each in free.covariances.items()},
+        covariances={n: each[np.ix_(kept, kept)] for n, each in free.covariances.items()},
         covariance_notes=free.covariance_notes,
         ddm_covariances={
-            n: each[np.ix_(of_ddm, of_ddm)] for n, each in free.ddm_covariances.items()
+            n: each[np.ix_(kept_ddm, kept_ddm)] for n, each in free.ddm_covariances.items()
         },
-        freedom={n: each[at] for n, each in free.freedom.items()},
-        ddm_freedom={n: each[of_ddm] for n, each in free.inference.ddm_freedom.items()},
+        freedom={n: each[kept] for n, each in free.freedom.items()},
+        ddm_freedom={n: each[kept_ddm] for n, each in free.inference.ddm_freedom.items()},
     )
 
 
-def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
-    """Return the bounds at which the bounded estimate has parameters, SI, by parameter name.
+def _bounds_reached(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
+    """Return the bounds, SI, of the parameters that the bounded estimate has at a bound, by name.
 
     The bounded estimate is the point within the bounds that is nearest to `estimate`, by the
-    covariance for independent residuals. Empty where the estimate itself is within all bounds.
+    covariance for independent residuals. Only declared parameters have bounds; sums of parameters
+    and local parameters have none. Empty where the estimate itself is within all bounds.
     """
     names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
     declared = [p if p.name in names else None for p in estimate.form.declared]
     if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
         return {}
+    # Bounded minimum of the squared distance from the estimate, in standard errors.
     lower = np.array([-np.inf if p is None else p.lower for p in declared])
     upper = np.array([np.inf if p is None else p.upper for p in declared])
     covariance = estimate.covariances["iid"]
@@ -144,18 +150,19 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     }
 
 
-def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
+def _parameter_at_bound(
+    estimate: Estimate, axis: GeneratedAxis, name: str, bound: float
+) -> ParameterAtBound:
     """Return the description of a parameter that is fixed at its bound.
 
-    `estimate` is an estimate in which this parameter is free. The description has the value of the
-    parameter there, and the end of its one-sided confidence interval towards the bound, which is
-    not beyond the bound.
+    `estimate` is an estimate in which this parameter is free. The description has its free value,
+    and the end of its one-sided 95 % confidence interval that begins at the bound.
     """
     value = estimate.parameters[name]
     is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
     dof = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]
-    away = float(stdtrit(dof, INTERVAL_LEVEL.value)) * value.deviation
-    reach = value.corrected + (away if is_lower else -away)
+    half_width = float(stdtrit(dof, INTERVAL_LEVEL.value)) * value.deviation
+    end = value.corrected + (half_width if is_lower else -half_width)
     return ParameterAtBound(
         name=name,
         unit=value.unit,
@@ -163,5 +170,5 @@ def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> P
         is_lower=is_lower,
         free=value.corrected,
         deviation=value.deviation,
-        reach=max(bound, reach) if is_lower else min(bound, reach),
+        reach=max(bound, end) if is_lower else min(bound, end),
     )

@@ -32,8 +32,8 @@ Identify = Callable[..., Identification]
 def with_drive_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
     """Return the axis with the lag or delay of its drive fixed at a value, s.
 
-    `name` is ``lag`` or ``delay``. The loop of the axis is compiled again, which takes less time
-    than a search without a compiled loop.
+    `name` is ``lag`` or ``delay``. The loop of the axis is compiled again: this takes less time
+    than a search that simulates a loop that is not compiled.
     """
     drive = axis.declared.drive.with_time(name, value)
     return build(replace(axis.declared, drive=drive), native=axis.native.enabled)
@@ -64,28 +64,36 @@ def identify_with_drive_time(
     Raises
     ------
     UsageError
-        There are several records, or the control was recorded where nothing shows the lag or delay.
+        There are several records, or the recorded signals cannot show the lag or delay; see
+        `check_drive_time`.
     EstimationError
-        The record does not show it, or the force acts before its command.
+        The record does not show the lag or delay, or the force acts before its command.
     """
     declared = axis.declared
     name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
     if len(records) > 1:
         raise UsageError(
             f"axis {declared.name!r}: the drive's {name} can be estimated from one record only, "
-            f"and {len(records)} records are given. Estimate it from one of them, and declare the "
-            "number for all.",
+            f"but {len(records)} records are given. Estimate the {name} from one record, and "
+            "declare it as a number for all records.",
             code="drive-time",
         )
-    value, deviation = _searched(axis, records[0], name, run)
+    # Estimates with the lag or delay that aligns force and motion.
+    value, deviation = _aligning_time(axis, records[0], name, run)
     result = run(with_drive_time(axis, name, value), methods)
-    held = {each.name: each.bound for each in result.problem.held}
-    longer = run(with_drive_time(axis, name, value + deviation), [*result.estimates], held)
-    judged = result.preferred
-    low, high = student_interval(value, deviation, float(len(judged.y) - len(judged.theta)))
+    # The same estimates, with the same parameters at their bounds, for a longer lag or delay.
+    bounds = {each.name: each.bound for each in result.problem.held}
+    longer = run(with_drive_time(axis, name, value + deviation), [*result.estimates], bounds)
+    estimates = {
+        method: _with_uncertain_time(result.estimates[method], each)
+        for method, each in longer.estimates.items()
+    }
+    reported = result.preferred
+    dof = float(len(reported.y) - len(reported.theta))
+    low, high = student_interval(value, deviation, dof)
     return replace(
         result,
-        estimates={n: _widened(result.estimates[n], each) for n, each in longer.estimates.items()},
+        estimates=estimates,
         failed={**result.failed, **longer.failed},
         drive_time=DriveTime(
             name=name,
@@ -97,7 +105,9 @@ def identify_with_drive_time(
     )
 
 
-def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
+def _aligning_time(
+    axis: GeneratedAxis, record: Record, name: str, run: Identify
+) -> tuple[float, float]:
     """Return the lag or delay that aligns force and motion, and its standard error, s.
 
     In each iteration, the axis is identified by IDM-IV with the present lag or delay. The remaining
@@ -116,51 +126,54 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
         result = run(with_drive_time(axis, name, value), ["idm-iv"])
         alignment = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
         if isinstance(alignment, Missing) or alignment.at_the_end:
-            unseen = "the record does not show the delay between force and motion"
-            why = alignment if isinstance(alignment, Missing) else unseen
+            why = "the record does not show the delay between force and motion"
+            if isinstance(alignment, Missing):
+                why = alignment.reason
             raise EstimationError(
-                f"axis {declared.name!r}: the drive's {name} cannot be estimated: {why}.",
+                f"axis {declared.name!r}: the drive's {name} cannot be estimated: "
+                f"{why.rstrip('.')}. Declare the {name} as a number.",
                 code="drive-time",
             )
-        step, deviation = (
-            (alignment.best - result.data.hold_delay) * period,
-            alignment.deviation * period,
-        )
-        # It has converged to a twentieth of its standard error, or to rounding.
-        near = max(0.05 * deviation, 1e-9 * period)
-        if abs(step) < near or (value == 0 and step <= 0):
+        # The remaining delay is the one that aligns the signals, minus the delay of the hold.
+        step = (alignment.best - result.data.hold_delay) * period
+        deviation = alignment.deviation * period
+        # A step is negligible below a twentieth of its standard error, or below rounding.
+        tolerance = max(0.05 * deviation, 1e-9 * period)
+        if abs(step) < tolerance or (value == 0 and step <= 0):
             break
         value = max(value + step, 0.0)
     else:
         raise EstimationError(
-            f"axis {declared.name!r}: the estimate of the drive's {name} does not converge; it is "
-            f"about {value:.3g} s. Check the control law and the model.",
+            f"axis {declared.name!r}: the estimate of the drive's {name} does not converge. The "
+            f"last estimate is {value:.3g} s. Check the control law and the model.",
             code="no-convergence",
         )
     if step < -2 * deviation:
         raise EstimationError(
             f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
-            f"no {name} to estimate. Check whether the control is logged late, and check its hold.",
+            f"no {name} to estimate. Check whether the control is logged late, and check the hold "
+            "of the control.",
             code="drive-time",
         )
     return value, deviation
 
 
-def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
+def _with_uncertain_time(estimate: Estimate, longer: Estimate) -> Estimate:
     """Return an estimate whose covariances include the uncertainty of the lag or delay.
 
     `longer` is the same estimate with a lag or delay that is longer by its standard error. The
-    change of the parameters, times itself, is added to every covariance.
+    outer product ``d d'`` of the change d of the parameters is added to every covariance.
     """
-    changes = {
-        "covariances": longer.physical - estimate.physical,
-        "ddm_covariances": longer.theta_ddm - estimate.theta_ddm,
-    }
+    change = longer.physical - estimate.physical
+    ddm_change = longer.theta_ddm - estimate.theta_ddm
     return estimate.with_inference(
-        **{
-            which: {n: each + by[:, None] * by for n, each in getattr(estimate, which).items()}
-            for which, by in changes.items()
-        }
+        covariances={
+            name: each + change[:, None] * change for name, each in estimate.covariances.items()
+        },
+        ddm_covariances={
+            name: each + ddm_change[:, None] * ddm_change
+            for name, each in estimate.ddm_covariances.items()
+        },
     )
 
 
@@ -173,27 +186,30 @@ def check_drive_time(declared: Axis, record: Record, name: str, *, by_law: bool 
     record : Record
     name : {"lag", "delay"}
     by_law : bool
-        Whether the lag or delay is found by simulating the declared control law, which must then be
-        a sampled one.
+        True if the lag or delay is found by simulating the declared control law, which must then be
+        a sampled law.
 
     Raises
     ------
     UsageError
-        The control was recorded where nothing shows it.
+        The control was recorded after the lag or delay, the force was measured instead of the
+        control, or there is no sampled law to simulate.
     """
     law = declared.control
-    unsampled = by_law and (law is None or law.continuous)
+    lacks_law = by_law and (law is None or law.continuous)
+    law_text = " of a sampled law" if by_law else ""
     refuse(
         UsageError,
         (
-            unsampled or record.force is not None or record.control is None,
-            f"axis {declared.name!r}: the drive's {name} can be estimated from a recorded control"
-            f"{' of a sampled law' * by_law}, not from a measured force",
+            lacks_law or record.force is not None or record.control is None,
+            f"axis {declared.name!r}: the drive's {name} can be estimated only from a recorded "
+            f"control{law_text}, not from a measured force. Declare the {name} as a number",
         ),
         (
             declared.drive.logged in HIDDEN_FROM[name],
-            f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
-            f"(logged={declared.drive.logged!r}), so the record does not show it",
+            f"axis {declared.name!r}: the control was recorded after the drive's {name} "
+            f"(logged={declared.drive.logged!r}), so the record does not show the {name}. Declare "
+            f"the {name} as a number",
         ),
         code="drive-time",
     )

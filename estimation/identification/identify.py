@@ -106,8 +106,8 @@ def identify(
         Probability that a check reports an error of a correct model, over all hypotheses, and part
         of the force, or of a parameter, from which an error is relevant.
     judge : bool
-        Whether the bias, the intervals and the verdict are computed before the result is returned.
-        With False each is computed when a property that needs it is read.
+        True to compute the bias, the intervals and the verdict before the result is returned. With
+        False each is computed when a property that needs it is read.
 
     Raises
     ------
@@ -126,24 +126,26 @@ def identify(
     requested = requested_methods(methods)
     as_given = Prefilter.given(prefilter).at_rate_of(records[0].period)
 
-    def run(
-        tried: GeneratedAxis,
-        chosen: Sequence[str] | None,
-        held: Mapping[str, float] | None = None,
+    def identified(
+        axis_with_drive: GeneratedAxis,
+        by_methods: Sequence[str] | None,
+        fixed: Mapping[str, float] | None = None,
     ) -> Identification:
-        """Return the identification of an axis by methods, with parameters at their bounds.
+        """Return the identification of an axis whose lag and delay are numbers, by some methods.
 
-        `held` has parameters that are fixed at given bounds, and then no others are fixed. With
-        None, parameters beyond their bounds are fixed there if `bounded` is set.
+        `by_methods` has the names of the methods, or is None for all that axis and records allow.
+        `fixed` has the parameters that are fixed, with their bounds; no other parameter is fixed
+        then. With None, every parameter that is beyond its bound is fixed there if `bounded` is
+        True.
         """
 
-        def free(axis: GeneratedAxis) -> Identification:
+        def without_bounds(axis: GeneratedAxis) -> Identification:
             """Return the identification of an axis without regard to bounds."""
             shared = joint_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
             return identify_problem(
                 shared.problem(axis, as_given, loss),
                 as_given,
-                chosen,
+                by_methods,
                 lags=lags,
                 covariance=covariance,
                 set_aside=shared.set_aside,
@@ -153,14 +155,16 @@ def identify(
                 levels=levels,
             )
 
-        if held:
-            return free(axis_at_bounds(tried, held))
-        return bounded_identification(tried, free) if bounded and held is None else free(tried)
+        if fixed:
+            return without_bounds(axis_at_bounds(axis_with_drive, fixed))
+        if bounded and fixed is None:
+            return bounded_identification(axis_with_drive, without_bounds)
+        return without_bounds(axis_with_drive)
 
     if generated.declared.drive.estimated is not None:
-        result = identify_with_drive_time(generated, records, run, requested)
+        result = identify_with_drive_time(generated, records, identified, requested)
     else:
-        result = run(generated, requested)
+        result = identified(generated, requested)
     return result.judged() if judge else result
 
 
@@ -172,11 +176,11 @@ def records_of(record: object) -> list[Record]:
     UsageError
         There is no record, or something that is not a record.
     """
-    listed = isinstance(record, (Sequence, Iterator)) and not isinstance(record, (str, bytes))
-    records = list(record) if listed and isinstance(record, Iterable) else [record]
+    is_several = isinstance(record, (Sequence, Iterator)) and not isinstance(record, (str, bytes))
+    records = list(record) if is_several and isinstance(record, Iterable) else [record]
     if not records:
         raise UsageError(
-            "no record is given. Give one or more records of read_record(path, axis).",
+            "no record is given. Give one or more records, as from read_record(path, axis).",
             code="record",
         )
     for each in records:
@@ -206,8 +210,8 @@ def identify_problem(
     as_given : Prefilter
         Prefilter as requested, for the result.
     requested : sequence of str or None
-        Methods to run; None for all methods. A requested method that fails on account of the axis
-        or the records raises its error. Otherwise it is left out, with the reason.
+        Methods to run; None for all methods. A requested method that axis or records do not allow
+        raises its error. With None it is skipped, with the reason.
     lags, covariance, start, loss, bootstrap
         As in `identify`.
     set_aside : mapping of str to str, optional
@@ -223,7 +227,7 @@ def identify_problem(
         No method gives an estimate.
     """
     estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
-    lost: EstimationError | None = None
+    first_failure: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
     laws = RecordLaws.of(problem.data)
     twins = Bootstrap(
@@ -252,12 +256,14 @@ def identify_problem(
             if requested is None and not estimates:
                 raise
             # Output error relies on more assumptions than the other methods. If it was not
-            # requested, its failure says nothing about the estimates of the others.
-            unasked = requested is None and is_output_error(method)
-            (skipped if unasked else failed)[method] = str(error)
-            lost = lost or error
-    if lost is not None and not estimates:
-        raise lost
+            # requested, its failure says nothing about the estimates of the other methods.
+            if requested is None and is_output_error(method):
+                skipped[method] = str(error)
+            else:
+                failed[method] = str(error)
+            first_failure = first_failure or error
+    if first_failure is not None and not estimates:
+        raise first_failure
     return Identification(
         problem=problem,
         estimates=estimates,
@@ -283,7 +289,8 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
     names = tuple(map(str, listed("all" if methods is None else methods)))
     if "all" in names:
         return None
-    check_among(*(("method", method, METHODS) for method in names))
+    for name in names:
+        check_among(("method", name, METHODS))
     if not names:
         raise UsageError(f"no method is given. Choose from {', '.join(METHODS)}.", code="method")
     return names

@@ -58,7 +58,7 @@ def _joint_form(
     known : mapping or None
         Known values of each record, by name.
     commanded : bool
-        Whether a known force may show the drive gain.
+        True if the drive gain may be identified, which a known force shows.
 
     Raises
     ------
@@ -89,6 +89,7 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
     """
     if all(is_same_period(period, designed) for period in periods):
         return [asked] * len(periods)
+    # Periods relative to the designed one, as fractions; `whole` if they are such fractions.
     ratios = [Fraction(period / designed).limit_denominator(_FINEST) for period in periods]
     whole = all(
         ratio > 0 and is_same_period(float(ratio) * designed, period)
@@ -96,12 +97,12 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
     )
     decimations = _decimations(asked, designed, ratios) if whole else []
     if not decimations or any(d.denominator != 1 or d > _MOST_ROWS_APART for d in decimations):
-        listed = ", ".join(f"{period:.6g}" for period in periods)
+        listed_periods = ", ".join(f"{period:.6g}" for period in periods)
         raise UsageError(
-            f"the records are sampled every {listed} s, which have no common multiple as the "
-            "distance of rows. Check the unit of each record's time with "
-            f"{setting('columns', {'time': 'NAME:UNIT'})}, or resample them to one rate with "
-            f"{setting('resample', 'HZ')}.",
+            f"the sampling periods of the records, {listed_periods} s, have no common multiple, "
+            "which the rows of all records need as their distance in time. Check the unit of each "
+            f"record's time with {setting('columns', {'time': 'NAME:UNIT'})}, or resample the "
+            f"records to one rate with {setting('resample', 'HZ')}.",
             code="parameters",
         )
     return [
@@ -113,23 +114,29 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
 def _decimations(asked: Prefilter, designed: float, ratios: list[Fraction]) -> list[Fraction]:
     """Return the decimation of each record, so that the rows of all have one distance in time.
 
-    The distance is a common multiple of the sample periods near the requested one: the next larger,
-    or the next smaller where the larger exceeds the requested one by more than 20 %. The smaller
-    one is not used if it is below both the requested one and the one that matches the cut-off.
+    The distance is a common multiple of the sample periods near the requested distance: the next
+    larger multiple, or the next smaller multiple where the larger one exceeds the requested
+    distance by more than 20 %. The smaller multiple is not used if it is below both the requested
+    distance and the distance that matches the cut-off.
 
     Parameters
     ----------
     asked : Prefilter
-        Filter for a record with the period `designed`, s.
+        Filter for a record with the period `designed`, with the requested distance of rows.
+    designed : float
+        Sample period that `asked` was designed for, s.
     ratios : list of Fraction
         Sample period of each record divided by `designed`.
     """
+    # All distances in units of `designed`. The least common multiple of fractions is the lcm of the
+    # numerators divided by the gcd of the denominators.
     step = math.lcm(*(ratio.numerator for ratio in ratios))
     least = Fraction(step, math.gcd(*(ratio.denominator for ratio in ratios)))
     above = least * max(1, math.ceil(Fraction(asked.decimate) / least))
     below, finest = above - least, matching_decimation(asked.cutoff, designed)
-    nearer = above > _FARTHER * asked.decimate and below >= min(finest, asked.decimate)
-    return [(below if nearer else above) / ratio for ratio in ratios]
+    takes_smaller = above > _FARTHER * asked.decimate and below >= min(finest, asked.decimate)
+    distance = below if takes_smaller else above
+    return [distance / ratio for ratio in ratios]
 
 
 def filtered_records(
@@ -163,12 +170,14 @@ def filtered_records(
         return (filtered_record(axes[0], records[0], asked),)
     filters = prefilters_of(asked, records[0].period, [record.period for record in records])
     every = tuple(zip(axes, records, filters, strict=True))
+    # The largest speed of all records decides what counts as rest in each of them.
     moving = [FilteredRecord.bind(a, r, replace(f, reversals="keep")) for a, r, f in every]
     fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
     reversals = asked.reversals
     if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
-        turned = [data.without(data.sampling.turns(data.motion[1], fastest)) for data in moving]
-        reversals = "keep" if show_too_little(turned, into) else "leave-out"
+        # Without the samples near rests and reversals, unless the others show too little.
+        without = [data.without(data.sampling.turns(data.motion[1], fastest)) for data in moving]
+        reversals = "keep" if show_too_little(without, into) else "leave-out"
     return tuple(
         filtered_record(a, r, replace(f, reversals=reversals), fastest) for a, r, f in every
     )
@@ -179,8 +188,9 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
 
     This is feasible generalised least squares. In a first pass, all records are estimated together
     by least squares. The noise of a record is the root mean square of its residuals, or a robust
-    scale by the median with a robust `loss`. If least squares fails, the records have equal
-    weights, and the estimation reports the reason. A single record has no weight.
+    scale by the median with a robust `loss`. If least squares fails, or if a record has no rows or
+    no noise to compare, the problem is returned without weights, and the estimation reports the
+    reason. A single record has no weight.
 
     References
     ----------
@@ -193,14 +203,17 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
             residuals = replace(METHODS["idm-ls"], loss=loss).fit(problem).solution.residuals
     except AxisidError:
         return problem
-    parts, of_squares = [residuals[span] for span in problem.spans], loss == ROW_LOSSES[0]
+    parts = [residuals[span] for span in problem.spans]
     if not all(map(len, parts)):
         return problem
-    noise = np.array([np.sqrt(np.mean(e**2)) if of_squares else robust_scale(e) for e in parts])
+    if loss == ROW_LOSSES[0]:
+        noise = np.array([np.sqrt(np.mean(e**2)) for e in parts])
+    else:
+        noise = np.array([robust_scale(e) for e in parts])
     # Noise below a millionth of another record's is rounding, and no measure of a record's quality.
     if not (np.all(np.isfinite(noise)) and noise.min() > 1e-6 * noise.max()):
         return problem
-    # In the unit of the rows: the mean square of the weights is 1.
+    # Scaled so that the mean square of the weights of all rows is 1: rows keep their unit.
     unit = 1 / np.sqrt(np.average(noise**-2.0, weights=[*map(len, parts)]))
     return replace(problem, weights=tuple(float(unit / each) for each in noise))
 
@@ -215,7 +228,7 @@ def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     count : int
         Number of all records.
     skip_bad : bool
-        Whether to accept bad records as long as another record is good.
+        True to accept bad records as long as another record is good.
 
     Raises
     ------
@@ -224,13 +237,17 @@ def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     """
     if not bad or (skip_bad and len(bad) < count):
         return
-    # A reason may begin with the record's name.
-    own = {name: f"^({re.escape(name)}|{re.escape(Path(name).name)})[:,] " for name in bad}
-    reasons = "; ".join(f"{name}: {re.sub(own[name], '', note)}" for name, note in bad.items())
-    said = f"{len(bad)} of {count} records cannot be used: {reasons}"
+    reasons = []
+    for name, reason in bad.items():
+        # A reason may begin with the record's name, which is then not repeated.
+        own_name = f"^({re.escape(name)}|{re.escape(Path(name).name)})[:,] "
+        reasons.append(f"{name}: {re.sub(own_name, '', reason)}")
+    message = f"{len(bad)} of {count} records cannot be used: {'; '.join(reasons)}"
     if len(bad) < count:
-        said += f" Correct them, or go on without them with {setting('skip_bad', True)}."
-    raise DataError(said, code="record")
+        message += (
+            f" Correct these records, or continue without them with {setting('skip_bad', True)}."
+        )
+    raise DataError(message, code="record")
 
 
 def known_of_used(
@@ -253,14 +270,14 @@ class JointRecords:
     axis : GeneratedAxis
         Requested axis.
     own_form : JointForm or None
-        Form of the shared and local parameters of this axis; None where records share all of them.
+        Form of the shared and local parameters of `axis`; None where records share all parameters.
     records : tuple of Record
     local : tuple of str
         Parameters with a separate value in each record.
     known : mapping of str to sequence
         Known values of each record, as in `identify`.
     commanded : bool
-        Whether a known force may show the drive gain.
+        True if the drive gain may be identified, which a known force shows.
     set_aside : mapping of str to str
         Records that are not used, with the reason.
     """
@@ -286,8 +303,9 @@ class JointRecords:
         """
         if axis is self.axis:
             return self.own_form
-        own = [n for n in self.local if n in {p.name for p in axis.declared.parameters}]
-        return _joint_form(axis, len(self.records), own, self.known, commanded=self.commanded)
+        declared = {p.name for p in axis.declared.parameters}
+        local = [name for name in self.local if name in declared]
+        return _joint_form(axis, len(self.records), local, self.known, commanded=self.commanded)
 
     def axes(self, axis: GeneratedAxis, joint: JointForm | None) -> list[GeneratedAxis]:
         """Return the axis of each record, with the record's known values fixed.
@@ -301,7 +319,9 @@ class JointRecords:
     ) -> Problem:
         """Return the regression of an axis on all records, filtered and weighted by their noise."""
         joint = self.joint_form(axis)
-        into = () if joint is None else [*map(joint.record_jacobian, range(len(self.records)))]
+        into: list[Array] = []  # maps from the parameters of each record to those of all records
+        if joint is not None:
+            into = [joint.record_jacobian(i) for i in range(len(self.records))]
         data = filtered_records(self.axes(axis, joint), self.records, prefilter, into)
         return weighted(Problem(axis=axis, data=data, joint_form=joint), loss)
 
@@ -338,18 +358,19 @@ def joint_records(
     UsageError, ModelError
         A name does not exist, or a known value is not given for each record.
     """
-    own = tuple(str(name) for name in listed(local) if name)
+    local_names = tuple(str(name) for name in listed(local) if name)
     check_among(("gain", gain, ("identified", "declared")))
     check_time_known(axis)
-    if own and len(records) == 1:
+    if local_names and len(records) == 1:
         raise UsageError(
-            f"{', '.join(own)} cannot be local, because there is 1 record. Give several records, "
-            "or leave local out.",
+            f"{', '.join(local_names)} cannot be local, because there is only one record. Give "
+            "several records, or omit local.",
             code="parameters",
         )
-    # A known force may show the gain of the drive if the force of the drive is not measured.
+    # A known force can only show the gain of the drive if the force of the drive is not measured.
     commanded = gain == "identified" and all(record.force is None for record in records)
-    joint = _joint_form(axis, len(records), own, known, commanded=commanded)
+    joint = _joint_form(axis, len(records), local_names, known, commanded=commanded)
+    # Filter each of several records on trial, for the records that cannot be used.
     names, aside = record_labels(records), dict[str, str]()
     if len(records) > 1 and prefilter is not None:  # a single bad record is refused later
         filters = prefilters_of(prefilter, records[0].period, [each.period for each in records])
@@ -362,14 +383,15 @@ def joint_records(
         check_usable(aside, len(records), skip_bad=skip_bad)
     used = [i for i, name in enumerate(names) if name not in aside]
     known = known_of_used(used, known)
+    # The same for the used records alone; a single one has no local parameters.
     if aside:
-        own = own if len(used) > 1 else ()
-        joint = _joint_form(axis, len(used), own, known, commanded=commanded)
+        local_names = local_names if len(used) > 1 else ()
+        joint = _joint_form(axis, len(used), local_names, known, commanded=commanded)
     return JointRecords(
         axis=axis,
         own_form=joint,
         records=tuple(records[i] for i in used),
-        local=declared_names(axis, own),
+        local=declared_names(axis, local_names),
         known=known,
         commanded=commanded,
         set_aside=aside,

@@ -61,7 +61,7 @@ class RecordResult:
         Effect of the difference between the parameters of this record alone and those of the
         others, percent of the force; None where this record alone does not identify them.
     p_value : float or None
-        Probability of such a difference by chance.
+        Probability that such a difference occurs by chance; None where `share_percent` is None.
     """
 
     name: str
@@ -94,9 +94,8 @@ def record_index(number: object, records: int) -> int:
     """
     count = max(records, 1)
     if not is_whole(number) or not 1 <= number <= count:
-        there = "there is 1" if count == 1 else f"there are {count}, numbered from 1"
-        there = there[:1].upper() + there[1:]
-        raise UsageError(f"the result has no record {quoted(number)}. {there}.", code="result")
+        choice = "There is 1" if count == 1 else f"There are {count}, numbered from 1"
+        raise UsageError(f"the result has no record {quoted(number)}. {choice}.", code="result")
     return int(number) - 1
 
 
@@ -161,14 +160,18 @@ class ByMethod(Checked, Generic[Estimated]):
         None in place of a value for a record that does not have the parameter.
         """
         values = self.preferred.parameters
-        return {name: tuple(map(values.get, own)) for name, own in self.local_names.items()}
+        return {
+            name: tuple(map(values.get, names_in_records))
+            for name, names_in_records in self.local_names.items()
+        }
 
     def __getitem__(self, method: str) -> Estimated:
         """Return the estimate by a method; UsageError where there is none by that method."""
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {quoted(method)}. Choose from {', '.join(self.estimates)}.",
+                f"the result has no estimate by {quoted(method)}. Choose from "
+                f"{', '.join(self.estimates)}.",
                 code="result",
             )
         return self.estimates[name]
@@ -303,12 +306,12 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         are expressed in those of the record's axis, but are not estimated again from the record. A
         result of a single record has itself as its only part.
         """
-        parts = self.case.parts if self.case.has_parts else ()
-        whole = (
-            replace(self, problem=p.problem, estimates=p.estimates, compared_laws=None)
-            for p in parts
+        if not (self.case.has_parts and self.case.parts):
+            return (self,)
+        return tuple(
+            replace(self, problem=part.problem, estimates=part.estimates, compared_laws=None)
+            for part in self.case.parts
         )
-        return tuple(whole) or (self,)
 
     def part(self, number: int) -> "Identification":
         """Return the member of `parts` for one record, by the number of the record from 1.
@@ -325,10 +328,12 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         """Results of each record with the reported estimate; empty for a single record."""
         problem, diagnosis, found = self.problem, self.diagnosis, []
         known = {} if problem.joint_form is None else problem.joint_form.known
+        # `diagnosis.records` is empty for a single record.
         every = zip(self.record_names, problem.data, diagnosis.records, self.parts, strict=False)
-        for i, (name, data, measured, own) in enumerate(every):
-            part = own.estimates[diagnosis.preferred]
-            told = None if isinstance(measured.apart, Missing) else measured.apart
+        for i, (name, data, measured, result_of_record) in enumerate(every):
+            part = result_of_record.estimates[diagnosis.preferred]
+            # Difference between the parameters of this record and those of the other records.
+            difference = None if isinstance(measured.apart, Missing) else measured.apart
             found.append(
                 RecordResult(
                     name=name,
@@ -340,8 +345,8 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
                     noise=float(np.linalg.norm(part.residuals)) / max(len(part.y), 1) ** 0.5,
                     equation_error_percent=part.equation_error_percent,
                     simulation_error_percent=part.simulation_error_percent,
-                    share_percent=None if told is None else told.share_percent,
-                    p_value=None if told is None else told.p_value,
+                    share_percent=None if difference is None else difference.share_percent,
+                    p_value=None if difference is None else difference.p_value,
                 )
             )
         return tuple(found)
@@ -375,11 +380,12 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
         Empty where the parameters of the estimates are the declared parameters already.
         """
-        found = {
-            name: physical_parameters(name, e.form, e.distribution)
-            for name, e in self.estimates.items()
-        }
-        return PhysicalByMethod((n, each) for n, each in found.items() if each is not None)
+        found = PhysicalByMethod()
+        for method, estimate in self.estimates.items():
+            physical = physical_parameters(method, estimate.form, estimate.distribution)
+            if physical is not None:
+                found[method] = physical
+        return found
 
     @property
     def preferred(self) -> Estimate:

@@ -1,8 +1,8 @@
 """Estimation of the gains of a control law from recorded signals and control.
 
-The law is replayed along the record, also with each gain slightly larger, for Gauss-Newton steps: a
-law with a limit, a filter or an integral is not linear in products of its gains. The memory at the
-start is estimated together with the gains.
+The gains are found by Gauss-Newton steps, as a law with a limit, a filter or an integral is not
+linear in products of its gains. For the derivatives, the law is replayed along the record with each
+gain slightly larger. The memory of the law at the start is estimated together with the gains.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -57,15 +57,16 @@ class LawReplay:
     control : (N,) array
         Recorded control minus the signal that was added to that of the law.
     limit : (N,) array
-        Limit of the output: the drive's where the control is near it, infinite elsewhere.
+        Limit of the output at each sample: the drive's limit where the control is near it, infinite
+        elsewhere.
     limits : (M,) array
-        Limit of the output at each evaluation.
+        The same limit at each evaluation.
     functions : mapping of str to casadi.Function
         Functions of the law, see `law_functions`.
     logged : callable
         Maps the law's output to the logged control, see `commands_as_logged`.
     gains : (g,) array
-        Gains that the replay uses.
+        Gains that the replay uses, in the order of the law.
     start : (m,) array
         Memory of the law at the first evaluation.
     """
@@ -152,6 +153,7 @@ class LawReplay:
         `free` has the indices of the g free gains, by default of all. The derivative by a gain of 0
         is 0.
         """
+        # Each row is the gains with one of them larger.
         ends = self.gains + np.diag(_STEP * self.gains)[free]
         return self._slopes([replace(self, gains=end) for end in ends])
 
@@ -216,15 +218,15 @@ class LawReplay:
         Parameters
         ----------
         compared : callable
-            Maps a control, (N,), to the values that are compared: a selection of samples, or a
-            low-pass.
+            Maps a control, (N,), to the values that are compared, (n,): a selection of samples, or
+            a low-pass.
         free : sequence of int
             Indices of the gains that are fitted; the others keep their values.
 
         Returns
         -------
         LawReplay
-            The best replay of the iteration.
+            The replay with the smallest cost; this replay if there is nothing to fit.
         """
         best = self
         if not len(free) + len(self.start):
@@ -240,12 +242,15 @@ class LawReplay:
             columns = np.column_stack([*by_gain, *best.slopes_by_start(compared)])
             before, share = cost, 1.0
             for _ in range(_STEPS):  # with the same derivatives as long as they help
+                # A step, limited in the logarithms of the gains.
                 step = least_squares_step(columns, residuals, _CLEAR)[0]
                 # All elements are scaled, as a memory such as an integral changes with a gain.
                 step *= share * _LARGEST / np.abs(step[: len(chosen)]).max(initial=_LARGEST)
                 gains = best.gains.copy()
                 gains[chosen] *= np.exp(step[: len(chosen)])
                 end = replace(best, gains=gains, start=best.start + step[len(chosen) :])
+                # The step is taken if it reduces the cost. If no step with these derivatives has
+                # reduced it, the next is half as long.
                 there = wanted - compared(end.output)
                 gained = 1 - float(there @ there) / cost
                 if gained > 0:

@@ -2,9 +2,9 @@
 
 The memory of the drive is not logged, but the first controls show it: an integral that holds a
 load, the last position of a moving axis. The memory is estimated by least squares from the first
-controls; elements that the controls do not determine stay as the law declares them for an axis at
-rest. All elements stay so if the declared memory explains the controls within the control error
-that the law has anyway.
+controls. Elements that the controls do not determine keep the values that the law declares for an
+axis at rest. All elements keep these values if they explain the first controls within 0.1 % of the
+control (rms), see `at_rest_misses`.
 """
 
 from collections.abc import Sequence
@@ -61,8 +61,8 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
     record : Record
         Record with a reference.
     away : float
-        Offset of the positions that the law reads from those of the record; positions in the law's
-        memory are shifted as well.
+        Offset of the positions that the law reads from the positions of the record. Positions in
+        the law's memory are shifted as well.
     """
     starts = tuple(_start(axis, record, span) for span in record.spans)
     if not away:
@@ -80,8 +80,8 @@ def shifted_start(
 ) -> LoopStart:
     """Return a start with the positions in the law's memory shifted by an offset.
 
-    The shift of the memory is that of an axis at rest when reference and position are shifted. A
-    start without a memory is returned unchanged.
+    The memory is shifted like the memory of an axis at rest whose reference and position are
+    shifted. A start without a memory is returned unchanged.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def shifted_start(
     first : sequence of float
         First values of the recorded signals in the segment.
     away : float
-        Offset of the positions that the law reads from those of the axis.
+        Offset of the positions that the law reads from the positions of the axis.
     """
     if start.memory is None:
         return start
@@ -106,7 +106,7 @@ def shifted_start(
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
     """Return the start of the loop of one segment: position, velocity and memory.
 
-    The memory contains that of the law, its delay and the drive.
+    The memory has the states of the law, of its delay and of the drive.
     """
     rows = slice(*span)
     if not record.integrated:
@@ -133,22 +133,25 @@ def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -
     """
     if not record.integrated or record.control is None:
         return record
+    # First controls of the record, and of the law without and with a small offset.
     law, control = law_of(axis), np.asarray(record.control)[slice(*span)]
     ticks = law_ticks(axis, record, span).first(START_SAMPLES)
-    seen = unlimited(axis, record, span)[: len(ticks.held)]
+    is_valid = unlimited(axis, record, span)[: len(ticks.held)]
     wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
-    there = replace(ticks, position=ticks.position + step)
-    given, moved = (control_along(axis, at, state_at_rest(axis, at)) for at in (ticks, there))
-    slope, off = ((moved - given) / step)[seen], (wanted - given)[seen]
+    shifted = replace(ticks, position=ticks.position + step)
+    before, after = (control_along(axis, at, state_at_rest(axis, at)) for at in (ticks, shifted))
+    # Regress the control error on the derivative of the control by the offset.
+    slope, error = ((after - before) / step)[is_valid], (wanted - before)[is_valid]
     power = float(slope @ slope)
-    if not (np.isfinite(power) and power > 0 and np.all(np.isfinite(off))):
+    if not (np.isfinite(power) and power > 0 and np.all(np.isfinite(error))):
         return record
-    away = float(slope @ off) / power
-    left = off - away * slope
-    deviation = float(np.sqrt(left @ left / max(len(off) - 1, 1) / power))
-    is_clear = abs(away) > MIN_START_DISTANCE * deviation
-    return replace(record, position=record.position + away) if is_clear else record
+    offset = float(slope @ error) / power
+    residuals = error - offset * slope
+    deviation = float(np.sqrt(residuals @ residuals / max(len(error) - 1, 1) / power))
+    if abs(offset) > MIN_START_DISTANCE * deviation:
+        return replace(record, position=record.position + offset)
+    return record
 
 
 def start_of_law(
@@ -156,7 +159,7 @@ def start_of_law(
 ) -> Array:
     """Return the memory of law and delay at the start of a segment, (m,).
 
-    It is estimated from the first controls where they show it; otherwise it is the declared memory
+    It is estimated from the first controls. If they do not determine it, it is the declared memory
     of an axis at rest. `ticks` has the inputs of the law along the segment.
     """
     found = first_memory(axis, record, span, ticks)
@@ -169,9 +172,11 @@ def first_memory(
     """Estimate the memory of law and delay at the first sample of a segment, (m,).
 
     First the memory of an axis at rest is tried: if it explains the first controls, nothing is
-    estimated. Otherwise the memory is found by Newton's method, also from the memory of an axis in
-    motion where controls are at the drive's limit. It is used if it explains nearly all of the
-    control error and is significant.
+    estimated. Otherwise the memory is found by Newton's method, which starts from the memory at
+    rest. If controls of the law are at the drive's limit, a second search starts from the memory of
+    an axis in motion, and the better result is taken. The result is used if it explains at least
+    nine tenths of the control error and is significant. For a law with `balanced` elements of its
+    memory it is always used.
 
     Parameters
     ----------
@@ -195,22 +200,26 @@ def first_memory(
     control = record.control[slice(*span)]
     ticks = (ticks or law_ticks(axis, record, span)).first(START_SAMPLES)
     wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
-    seen = unlimited(axis, record, span)[: len(wanted)]
+    is_valid = unlimited(axis, record, span)[: len(wanted)]
+    # The memory of an axis at rest.
     at_rest = state_at_rest(axis, ticks)
-    made = control_along(axis, ticks, at_rest)
-    off = wanted - made
-    if not law.balanced and not at_rest_misses(off, seen, float(np.mean(control**2))):
+    control_at_rest = control_along(axis, ticks, at_rest)
+    error_at_rest = wanted - control_at_rest
+    if not law.balanced and not at_rest_misses(error_at_rest, is_valid, float(np.mean(control**2))):
         return None
-    found = _solved(axis, ticks, wanted, seen, at_rest)
-    if np.any(seen & ~below_limit(axis, made)):  # at the limit, controls have no derivative
-        moving = _solved(axis, ticks, wanted, seen, _state_in_motion(axis, ticks))
-        found = min(found, moving, key=lambda each: float(np.linalg.norm(each[1])))
-    off, (memory, missed, shown) = off[seen], found
-    left, noise = float(np.linalg.norm(missed)), float(missed @ missed)
-    gained = (float(off @ off) - noise) / max(shown, 1)
-    noise /= max(len(off) - shown, 1)
-    explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
-    if law.balanced or (explained and gained > MIN_START_DISTANCE**2 * noise):
+    # Newton's method from one or two starts.
+    found = _estimated_memory(axis, ticks, wanted, is_valid, at_rest)
+    if np.any(is_valid & ~below_limit(axis, control_at_rest)):  # which have no derivative
+        in_motion = _state_in_motion(axis, ticks)
+        other = _estimated_memory(axis, ticks, wanted, is_valid, in_motion)
+        found = min(found, other, key=lambda each: float(np.linalg.norm(each[1])))
+    # Share of the control error that the estimated memory explains, and its significance.
+    before, (memory, after, rank) = error_at_rest[is_valid], found
+    remaining, noise = float(np.linalg.norm(after)), float(after @ after)
+    gained = (float(before @ before) - noise) / max(rank, 1)
+    noise /= max(len(before) - rank, 1)
+    is_explained = remaining < _MAX_START_LEFT * float(np.linalg.norm(before))
+    if law.balanced or (is_explained and gained > MIN_START_DISTANCE**2 * noise):
         return memory
     return None
 
@@ -229,10 +238,11 @@ def law_residual(
         True for valid samples: not masked, and with a control below the drive's limit.
     """
     record = as_read_by_law(axis, record, span)
-    ticks, seen = law_ticks(axis, record, span), unlimited(axis, record, span)
-    made = law_along(axis, ticks, start_of_law(axis, record, span, ticks))
-    made = made + as_logged(axis, ticks.added_at_samples(law_of(axis).delay))
-    return np.where(seen, np.asarray(record.control)[slice(*span)] - made, 0.0), seen
+    ticks, is_valid = law_ticks(axis, record, span), unlimited(axis, record, span)
+    expected = law_along(axis, ticks, start_of_law(axis, record, span, ticks))
+    expected = expected + as_logged(axis, ticks.added_at_samples(law_of(axis).delay))
+    control = np.asarray(record.control)[slice(*span)]
+    return np.where(is_valid, control - expected, 0.0), is_valid
 
 
 def at_rest_misses(
@@ -240,7 +250,7 @@ def at_rest_misses(
 ) -> np.bool_ | NDArray[np.bool_]:
     """Return True if the memory of an axis at rest does not explain the first controls.
 
-    This is so if the control error exceeds 0.1 % of the control (rms).
+    The limit of the control error is 0.1 % of the control (rms).
 
     Parameters
     ----------
@@ -257,13 +267,13 @@ def at_rest_misses(
     bool or (L,) array of bool
         One value for each loop.
     """
-    left = np.sqrt(np.sum(np.where(seen, off, 0.0) ** 2, axis=0))
-    least = _MIN_START_ERROR * np.sqrt(power * seen.sum(axis=0))
-    return np.asarray(left > least)[()]
+    error = np.sqrt(np.sum(np.where(seen, off, 0.0) ** 2, axis=0))
+    limit = _MIN_START_ERROR * np.sqrt(power * seen.sum(axis=0))
+    return np.asarray(error > limit)[()]
 
 
 def below_limit(axis: GeneratedAxis, control: Array) -> NDArray[np.bool_]:
-    """Return True for each control, (N,), whose size is below the drive's limit."""
+    """Return True for each control whose size is below the drive's limit, in the shape given."""
     return np.abs(control) < limit_in_log(axis) * (1 - LIMIT_TOLERANCE.value)
 
 
@@ -275,31 +285,30 @@ def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDA
 
 
 def _state_in_motion(axis: GeneratedAxis, ticks: LawInputs) -> Array:
-    """Return the memory of law and delay that a motion at constant velocity has left, (m,).
+    """Return the memory of law and delay after a motion at constant velocity, (m,).
 
-    The motion is that of the first samples, extrapolated to the time before the first evaluation.
-
-    For a law that differences positions, a motion that starts at once from rest is a jump: its
-    control is then at the drive's limit for any other memory.
+    The motion of the first samples is extrapolated to the time before the first evaluation, and the
+    law is run along it. A law that differences positions sees a motion that starts suddenly from
+    rest as a jump: with the memory at rest, its control is at the drive's limit.
     """
     before = np.arange(-len(ticks), 0)
 
-    def led(values: Array) -> Array:
+    def extrapolated(values: Array) -> Array:
         """Return values extrapolated linearly to the time before the first evaluation."""
         slope = (values[-1] - values[0]) / max(len(values) - 1, 1)
         return np.append(values[0] + slope * before, values[0])
 
     # Inputs of the law during the motion before the record.
-    way = LawInputs.at_samples(
-        led(ticks.reference),
-        led(ticks.position),
+    motion = LawInputs.at_samples(
+        extrapolated(ticks.reference),
+        extrapolated(ticks.position),
         np.full(len(before) + 1, ticks.velocity[0]),
         tuple(np.full(len(before) + 1, values[0]) for values in ticks.recorded),
     )
-    return np.asarray(states_along(axis, way, state_at_rest(axis, way))[-1])
+    return np.asarray(states_along(axis, motion, state_at_rest(axis, motion))[-1])
 
 
-def _solved(
+def _estimated_memory(
     axis: GeneratedAxis, ticks: LawInputs, wanted: Array, seen: NDArray[np.bool_], state: Array
 ) -> tuple[Array, Array, int]:
     """Estimate the memory of law and delay from the controls by Newton's method.
@@ -320,22 +329,22 @@ def _solved(
     -------
     (m,) array
         Memory.
-    (n,) array
-        Control error with it.
+    array
+        Control error with this memory in the valid samples.
     int
         Number of directions of the memory that the controls determine.
     """
-    off, shown = (wanted - control_along(axis, ticks, state))[seen], 0
+    error, rank = (wanted - control_along(axis, ticks, state))[seen], 0
     for _ in range(_STEPS):
         slopes = slopes_along(axis, ticks, state)[seen]
-        if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
+        if not (np.all(np.isfinite(error)) and np.all(np.isfinite(slopes))):
             break
-        step, shown = least_squares_step(slopes, off, MIN_MEMORY_EFFECT)
-        state, expected = state + step, off - slopes @ step
-        off = (wanted - control_along(axis, ticks, state))[seen]
-        if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
+        step, rank = least_squares_step(slopes, error, MIN_MEMORY_EFFECT)
+        state, expected = state + step, error - slopes @ step
+        error = (wanted - control_along(axis, ticks, state))[seen]
+        if np.linalg.norm(error - expected) <= _LINEAR * np.linalg.norm(wanted):
             break
-    return state, off, shown
+    return state, error, rank
 
 
 def with_drive_memory(
@@ -343,9 +352,9 @@ def with_drive_memory(
 ) -> LoopStart:
     """Return a start whose memory also has the state of the drive, from the first controls.
 
-    The state of the drive has the commands that are still pending in its delay, and its force.
-    Before the record, the drive is assumed to have received the first control. A drive without
-    delay and lag leaves the start unchanged.
+    The state of the drive consists of the commands that are still pending in its delay, and of its
+    force. Before the record, the drive is assumed to have received the first control. The start is
+    returned unchanged for a drive without delay and lag.
 
     Parameters
     ----------
@@ -359,6 +368,7 @@ def with_drive_memory(
     response, first = axis.response, span[0]
     if response is None:
         return start
+    # Memory of the law and its delay.
     signals, memory = recorded_signals(axis, record.provenance.source, record.signals), start.memory
     if memory is None:
         reference = start.position if record.commanded is None else record.commanded[first]
@@ -367,9 +377,9 @@ def with_drive_memory(
         if record.control is None:
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
+    # Rows of the record whose controls are pending, the newest first. For commands before the
+    # record, and for the present force, it is the first row.
     late = response.late if axis.drive.logged == "applied" else 0
-    # The newest first; commands before the record, and the present force, are those of the first
-    # control in the record.
     ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
     ahead[len(ahead) - response.keeps_force :] = 0
     rows = np.minimum(first + ahead, span[1] - 1)

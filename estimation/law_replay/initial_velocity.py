@@ -39,16 +39,17 @@ def first_velocity(position: Array, period: float) -> float:
     Returns
     -------
     float
-        0 if the slope of the first half of the samples is within `MIN_START_DISTANCE` standard
-        errors of 0: a rest that ends soon changes the whole fit before it is visible.
+        Velocity; 0 if the slope over the first half of the fitted samples is within
+        `MIN_START_DISTANCE` standard errors of 0. A rest that ends soon changes the fit to all
+        samples before the motion is visible in the first half.
 
     Notes
     -----
     On twins of the library, cut during motion, its error is 0.03 to 0.9 % of the largest speed
     (root mean square); none of 540 starts at rest was taken for a motion.
     """
-    some = position[: max(_COUNTS[-1], _NOISE)]
-    return first_coefficient(some - some[0], degree=_DEGREE, power=1) / period
+    used = position[: max(_COUNTS[-1], _NOISE)]
+    return first_coefficient(used - used[0], degree=_DEGREE, power=1) / period
 
 
 def first_coefficient(values: Array, *, degree: int, power: int) -> float:
@@ -61,11 +62,13 @@ def first_coefficient(values: Array, *, degree: int, power: int) -> float:
     Parameters
     ----------
     values : (N,) array
+        Values from the first sample on, with white noise.
     degree : int
         Degree of the polynomial in the number of samples since the first.
     power : int
         Power of the sample number whose coefficient is returned, in the unit of the values.
     """
+    # Intersect the confidence intervals of fits to more and more values.
     noise = position_noise(values)
     low, high, found, used = -math.inf, math.inf, 0.0, 0
     for count in [each for each in _COUNTS if each <= len(values)]:
@@ -77,8 +80,9 @@ def first_coefficient(values: Array, *, degree: int, power: int) -> float:
         found, used = fitted, count
     if not used:
         return 0.0
-    some = values[: max(used // 2, degree + 2)]
-    fitted, deviation = _coefficient(some, noise, degree, power)
+    # Significance in the first half of the values.
+    half = values[: max(used // 2, degree + 2)]
+    fitted, deviation = _coefficient(half, noise, degree, power)
     return found if abs(fitted) > MIN_START_DISTANCE * deviation else 0.0
 
 
@@ -88,9 +92,9 @@ def position_noise(position: Array) -> float:
     It is the root of ``mean d^2 / C(2k, k)`` of the differences d of order k = 4, of the first 200
     positions.
     """
-    some = position[:_NOISE]
-    order = min(_ORDER, len(some) - 1)
-    return float(np.sqrt(np.mean(np.diff(some, order) ** 2) / math.comb(2 * order, order)))
+    used = position[:_NOISE]
+    order = min(_ORDER, len(used) - 1)
+    return float(np.sqrt(np.mean(np.diff(used, order) ** 2) / math.comb(2 * order, order)))
 
 
 def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:

@@ -25,14 +25,15 @@ from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
 from axisid.support.caching import cached_while_alive
 
-LIMIT = "drive's limit"  # a name next to the terms of a law, for values other than declared
+#: Name of the drive's limit among the terms of a law, where their values are estimated.
+LIMIT = "drive's limit"
 
 
 @lru_cache(maxsize=64)  # called for each segment of a record
 def with_limit(axis: GeneratedAxis, limit: float, *, native: bool) -> GeneratedAxis:
     """Return the axis with another limit of its drive, in the unit of the control.
 
-    `native` is True to compile the simulation of the axis.
+    The simulation of the axis is compiled if `native` is True.
     """
     return build(replace(axis.axis, drive=replace(axis.drive, limit=limit)), native=native)
 
@@ -70,8 +71,9 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
 def _first_change(control: Array, samples: float) -> float:
     """Return the time of the last change of the control at or before the first sample, in samples.
 
-    A law that is slower than the log changes the control periodically. The time is 0 or negative,
-    and 0 if the changes are not periodic.
+    A law that is slower than the log changes the control periodically. The phase of the changes is
+    the mean of their phases on the unit circle. The time is 0 or negative, and 0 if the changes are
+    not periodic.
 
     Parameters
     ----------
@@ -83,7 +85,7 @@ def _first_change(control: Array, samples: float) -> float:
     changes = np.flatnonzero(np.diff(control)) + 1.0
     whole = math.isclose(samples, round(samples), rel_tol=1e-3)
     if not whole:
-        changes -= 0.5  # on average half a sample before it is visible
+        changes -= 0.5  # on average, a change occurs half a sample before it is logged
     turns = np.exp(2j * np.pi * changes / samples)
     mean = turns.mean() if len(turns) else 0.0
     if abs(mean) < MIN_PHASE_AGREEMENT.value:
@@ -135,14 +137,16 @@ class LawInputs:
     ) -> "LawInputs":
         """Return the inputs of a law that is evaluated at each sample of a log.
 
-        The arguments are as the attributes of the class, (N,) each; without `added`, no test signal
-        is added.
+        The arguments are the attributes of the class, (N,) each; `added` is None for no test
+        signal.
         """
+        if added is None:
+            added = np.zeros(len(position))
         return cls(
             reference=reference,
             position=position,
             velocity=velocity,
-            added=np.zeros(len(position)) if added is None else added,
+            added=added,
             held=np.arange(len(position)),
             recorded=recorded,
         )
@@ -204,15 +208,25 @@ def law_ticks(
 ) -> LawInputs:
     """Return the inputs of the axis's law along a segment of a record with a reference.
 
-    The signals of the log are interpolated at the evaluations of the law where these are not the
-    samples. The velocity is 0 unless the law reads the velocity of an ideal sensor, which is not
-    logged. It is then the derivative of the low-passed positions. With `noisy` it is that of the
-    recorded positions, for a comparison that passes the same low-pass itself: passing it twice
-    would distort the velocity at corners of the motion.
+    Where the law is not evaluated at the samples, the signals of the log are interpolated at the
+    evaluations. The velocity is 0 unless the law reads the velocity of an ideal sensor. As this
+    velocity is not logged, it is computed as the derivative of the low-passed positions.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        Axis with a control law.
+    record : Record
+    span : tuple of int
+        The segment: first row and the one after the last.
+    noisy : bool
+        True for the derivative of the recorded positions without a low-pass. A comparison that
+        applies the low-pass itself needs it, as a second low-pass would distort the velocity at
+        corners of the motion.
     """
     position = record.position[slice(*span)]
+    # Velocity of an ideal sensor, at the samples.
     velocity = np.zeros_like(position)
-    # The velocity of an ideal sensor is not logged.
     if law_of(axis).takes_velocity and noisy:
         from scipy.interpolate import CubicSpline
 
@@ -220,6 +234,7 @@ def law_ticks(
         velocity = np.asarray(CubicSpline(samples, position)(samples, 1)) / record.period
     elif law_of(axis).takes_velocity:
         velocity = measured_velocity(position, record.period)
+    # All signals at the evaluations of the law.
     inputs = recorded_inputs(axis, record, span, LoopStart(position=position[0]))
     clocks, held = inputs.clocks, np.arange(len(position))
     if clocks is not None:
@@ -238,7 +253,10 @@ def law_ticks(
 
 
 def measured_velocity(position: Array, period: float) -> Array:
-    """Return the velocity of recorded positions after a low-pass without delay, (N,)."""
+    """Return the velocity, (N,), of recorded positions after a low-pass without delay.
+
+    `period` is the sampling period, s.
+    """
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / period)
     return SampledFilter(low_pass, period).motion(position)[1]
 
@@ -294,19 +312,20 @@ def control_at_ticks(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Arr
 def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """Return the derivative of `control_along` by the memory at the start, (N, m).
 
-    The derivatives of single evaluations are chained along the evaluations of the law.
+    The Jacobians of single evaluations are multiplied along the evaluations of the law. The
+    arguments are as in `law_along`.
     """
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
     # CasADi returns the matrices of all evaluations side by side.
     read = (values[None, :] for values in ticks.signals)
-    by_state, onward = slopes.call([*read, states_along(axis, ticks, start).T])
-    rows = by_state.full().reshape(len(ticks), size)
-    steps = onward.full().reshape(size, len(ticks), size)
-    change = np.eye(size)
+    of_control, of_state = slopes.call([*read, states_along(axis, ticks, start).T])
+    rows = of_control.full().reshape(len(ticks), size)
+    steps = of_state.full().reshape(size, len(ticks), size)
+    by_start = np.eye(size)  # derivative of the present memory by that at the start
     for k in range(len(ticks)):
-        rows[k] = rows[k] @ change
-        change = steps[:, k] @ change
+        rows[k] = rows[k] @ by_start
+        by_start = steps[:, k] @ by_start
     return as_logged(axis, np.asarray(rows[ticks.held]))
 
 
@@ -322,6 +341,9 @@ _BLOCK = 400  # evaluations per function call, as a call takes longer than an ev
 def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Array]:
     """Return the memory of a law after each evaluation, (M, m), and its output, (M,).
 
+    The law runs in blocks of `_BLOCK` evaluations; each block starts from the last memory of the
+    block before.
+
     Parameters
     ----------
     step : casadi.Function
@@ -335,15 +357,15 @@ def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Arra
     count = len(read[0])
     columns = [np.reshape(values, (len(values), -1)) for values in read]
     states, output = np.empty((count, len(start))), np.empty((count, 1))
-    (memory, *places), (after, given), run, _ = _block_of(step, get_ident())
+    (memory, *arguments), (memories, outputs), run, _ = _block_of(step, get_ident())
     memory[:] = start
     for first in range(0, count, _BLOCK):
         part = slice(first, first + _BLOCK)
-        for place, values in zip(places, columns, strict=True):
-            place[: len(values[part])] = values[part]
+        for argument, values in zip(arguments, columns, strict=True):
+            argument[: len(values[part])] = values[part]
         run()
-        states[part], output[part] = (found[: count - first] for found in (after, given))
-        memory[:] = after[-1]
+        states[part], output[part] = (found[: count - first] for found in (memories, outputs))
+        memory[:] = memories[-1]
     return states, output[:, 0]
 
 
@@ -353,7 +375,7 @@ def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Arra
 def _block_of(step: Any, _thread: int) -> tuple[list[Array], list[Array], Callable[[], None], Any]:
     """Return arrays and a function that evaluate a law at `_BLOCK` successive times in one call.
 
-    They are cached for each thread, by the number of the thread, because the arrays hold the values
+    They are cached for each thread (`_thread` is its number), because the arrays contain the values
     of one run.
 
     Returns
@@ -361,7 +383,7 @@ def _block_of(step: Any, _thread: int) -> tuple[list[Array], list[Array], Callab
     arguments, results : list of array
         Arrays of the arguments and of the results, to be filled before and read after the call.
     run : callable
-        The call.
+        Function without arguments that evaluates the block.
     buffer : object
         CasADi's buffer, which must exist as long as the call is used.
     """
@@ -370,8 +392,8 @@ def _block_of(step: Any, _thread: int) -> tuple[list[Array], list[Array], Callab
     buffer, run = block.buffer()
     arguments = [np.zeros(block.size_in(i)[::-1]) for i in range(block.n_in())]
     results = [np.zeros(block.size_out(i)[::-1]) for i in range(block.n_out())]
-    for i, place in enumerate(arguments):
-        buffer.set_arg(i, place.data)
-    for i, place in enumerate(results):
-        buffer.set_res(i, place.data)
+    for i, argument in enumerate(arguments):
+        buffer.set_arg(i, argument.data)
+    for i, result in enumerate(results):
+        buffer.set_res(i, result.data)
     return arguments, results, run, buffer

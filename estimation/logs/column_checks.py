@@ -10,7 +10,7 @@ from axisid.estimation.raw_tables import twice
 
 
 def once(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the values by name, from pairs of a name and a value; refuse repeated names.
+    """Return the values by name, from pairs of a name and a value; refuse a repeated name.
 
     Raises
     ------
@@ -25,7 +25,7 @@ def once(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-#: The reason why a column with truth values among its numbers is passed over.
+#: Content of a column with truth values among its numbers, which cannot be used; for messages.
 MIXED_TRUTHS = "true or false among numbers"
 
 

@@ -1,4 +1,4 @@
-"""Read the dataframes and mappings of arrays that a script passes."""
+"""Reading of a log that a script gives as a dataframe or as a mapping of arrays."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -18,7 +18,8 @@ def read_frame(frame: object) -> Table:
     Raises
     ------
     UsageError
-        The argument is neither a mapping nor such a dataframe, or a column is no array of numbers.
+        The argument is neither a mapping nor a supported dataframe, or a column has masked values
+        or values of different lengths.
     DataError
         Two columns have the same name.
     """
@@ -34,19 +35,25 @@ def read_frame(frame: object) -> Table:
         else:
             builder.add(name, values, unit=unit, label=label)
     index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
-    return builder.table(
-        f"a {type(frame).__name__}",
-        missing=f"Its index {', '.join(index)} is not a column. Give log.reset_index()."
-        if index
-        else "",
-    )
+    missing = ""
+    if index:
+        missing = (
+            f"The index {', '.join(index)} of the dataframe is not a column. Give "
+            "log.reset_index()."
+        )
+    return builder.table(f"a {type(frame).__name__}", missing=missing)
 
 
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
-    """Return the values of a column of a mapping as an array; refuse masked or ragged values."""
+    """Return the values of a column of a mapping as an array; refuse masked or ragged values.
+
+    Raises
+    ------
+    UsageError
+    """
     if np.ma.is_masked(values):
         raise UsageError(
-            f"the column {name!r} is masked. Give numbers, with NaN for missing values.",
+            f"the column {name!r} has masked values. Give numbers, with NaN for missing values.",
             code="log-file",
         )
     try:
@@ -61,7 +68,13 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
 
 
 def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
-    """Return the names and values of the columns of a dataframe."""
+    """Return the names and values of the columns of a dataframe.
+
+    Raises
+    ------
+    UsageError, DataError
+        The argument is not a supported dataframe, or cannot be read.
+    """
     import narwhals
 
     try:

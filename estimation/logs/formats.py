@@ -1,6 +1,6 @@
 """Reading of a log of any format as a table, and the list of all formats and compressions.
 
-A new format needs a reader in a file of its own, and an entry in `FORMATS`.
+A new format needs a reader, in a new module, and an entry in `FORMATS`.
 """
 
 import gzip
@@ -34,7 +34,10 @@ from .tdms import read_tdms
 
 
 def _zstd(file: Path, content: Any) -> Any:
-    """Return a stream of the decompressed content: by Python from 3.14 on, otherwise by pyarrow."""
+    """Return a stream of the content, decompressed by Python from 3.14 on, otherwise by pyarrow.
+
+    `file` is the path, for messages; `content` is a stream of the compressed content.
+    """
     with suppress(DataError):
         return library("compression.zstd", "zstd", file).open(content)
     arrow = library("pyarrow", "zstd", file)
@@ -55,16 +58,17 @@ class Format:
         First bytes that identify a file of this format, also with another ending, and a description
         of such a file. A format without signatures may be text.
     provided : str
-        Condition under which a file with such first bytes is a log, for messages.
+        Text after the advised ending in messages, such as a condition under which a file with these
+        first bytes is a log.
     read : callable or None
-        Function that returns the table of a file from its path, its content and the available
-        memory; None for other formats.
+        Reader of a format whose content is read first: it returns the table from the path, the
+        content and the available memory. None for other formats.
     read_file : callable or None
-        Function that returns the table of a file that its library opens itself, from its path and
-        the available memory; None for other formats.
+        Reader of a format whose library opens the file itself: it returns the table from the path
+        and the available memory. None for other formats.
     opened : callable or None
-        Function of a compression: it returns a stream of the decompressed content from the path
-        and a stream of the content. None for a format of logs.
+        Decompression: it returns a stream of the decompressed content from the path and a stream
+        of the compressed content. None for a format of logs.
     extra : str
         Optional dependency in `pyproject.toml` that the format needs; empty for none.
     """
@@ -112,7 +116,7 @@ FORMATS = (
         name="NumPy",
         endings=(".npz",),
         signatures={b"PK\x03\x04": "a ZIP archive"},
-        provided=" if it is NumPy's, else unpack it",
+        provided=" if it is a NumPy archive. Otherwise unpack it",
         read=read_npz,
     ),
     Format(
@@ -180,16 +184,17 @@ def log_endings() -> tuple[str, ...]:
 
 
 _ASK = "give the file the ending "
+#: Pattern of the first bytes of a JSON document.
 _JSON = rb'(\xef\xbb\xbf)?\s*(\{\s*"|\[\s*[\[{])'
-#: Pattern of the first bytes of a file that is no log, its description, and the remedy.
+#: Pattern of the first bytes of a file that is not a log, its description, and the remedy.
 _NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
     (rb"PK\x03\x04.*\bxl/", "an Excel workbook", "save the sheet of the log as CSV"),
     (rb"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz"),
     (rb"\xd0\xcf\x11\xe0", "an old Excel or Office file", "save its sheet as CSV"),
     (rb"%PDF", "a PDF document", "give the log itself"),
     (rb"\x89PNG|\xff\xd8\xff", "a picture", "give the log itself"),
-    (rb"7z\xbc\xaf|Rar!", "an archive", "unpack it and give the log"),
-    (rb"BZh|\xfd7zXZ\0", "compressed by bzip2 or xz", "unpack it first"),
+    (rb"7z\xbc\xaf|Rar!", "an archive", "unpack the archive and give the log"),
+    (rb"BZh|\xfd7zXZ\0", "compressed by bzip2 or xz", "unpack the file first"),
     (rb"\{\\rtf", "a word processor's document", "save the table as CSV"),
     (rb"(\xef\xbb\xbf)?\s*<(!doctype )?html", "a page in HTML", "export the log itself as CSV"),
     (rb"(\xef\xbb\xbf)?\s*<\?xml", "an XML document", "export the log as CSV"),
@@ -209,7 +214,12 @@ def read_table(
     drop_tail : bool
         True if incomplete lines at the end of a text may be left out, see `Repairs.tail`.
     max_memory : float, optional
-        Largest memory for reading a file, bytes.
+        Largest memory for reading a file, bytes; half of the machine's memory by default.
+
+    Raises
+    ------
+    DataError, UsageError
+        The log cannot be read, see the readers of the formats.
     """
     if isinstance(log, (str, Path)):
         table = _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
@@ -218,18 +228,18 @@ def read_table(
         table = read_frame(log)
     if not drop_tail or table.repairs:
         return table
-    text = "no rows left out at the end: this repair applies to delimited text only"
+    text = "no rows are left out at the end, as this repair applies to delimited text only"
     return replace(table, repairs=(Repair(kind="tail", count=0, text=text),))
 
 
 def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
-    """Return the columns of a file or the folder of a ROS 2 bag, with its SHA-256 and path.
+    """Return the columns of a file, or of the folder of a ROS 2 bag, with its SHA-256 and path.
 
     Raises
     ------
     DataError
-        The file is missing, is of another format than its ending says, changes while it is read,
-        or needs more memory than there is (`room`).
+        The file is missing, has another format than its ending indicates, changes while it is
+        read, or needs more memory than is available (`room`).
     """
     bag = is_bag(file)
     _check_regular(file, folder=bag)
@@ -238,7 +248,7 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
         if file.is_file() and (wrong := _wrong_kind(file)):
             what, action = wrong
             raise DataError(
-                f"{file} is {what} by its content. {action[0].upper()}{action[1:]}.",
+                f"{file} is {what}, according to its content. {action[0].upper()}{action[1:]}.",
                 code="log-file",
             )
         with unchanged(bag_of(file) if bag else file) as files:
@@ -262,15 +272,22 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
 
 
 def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
-    """Return the table of a file's content, which is decompressed first if it is compressed."""
+    """Return the table of a file's content, which is decompressed first if it is compressed.
+
+    Raises
+    ------
+    DataError
+        The content cannot be unpacked or parsed, or needs more memory than is available (`room`).
+    """
+    # The format of a compressed file is that of its name without the last ending.
     packing = log_format = format_of(file)
     notes: tuple[str, ...] = ()
     if packing.opened is not None:
         log_format = format_of(Path(file.stem))
         if log_format.read_file is not None or log_format.opened is not None:
             raise DataError(
-                f"{file} is compressed twice, or its format cannot be read compressed. Unpack it "
-                "first."
+                f"{file} is compressed twice, or its format cannot be read compressed. Unpack the "
+                "file first."
             )
         content = _unpacked(packing.opened, file, content, room, text=log_format.is_text)
         notes = (f"unpacked by {packing.name}",)
@@ -300,21 +317,24 @@ def _unpacked(
     room : Room
         Available memory.
     text : bool
-        True if the content is text; the memory for its columns is then counted at once, as it is
-        larger than that of other formats.
+        True if the content is text: the memory for its columns is then also counted here, as a
+        text needs more memory than other formats.
 
     Raises
     ------
     DataError
-        The file is damaged, or its content needs more memory than there is.
+        The file is damaged, or its content needs more memory than is available.
     """
     pieces = []
     with (
-        refusing(f"{file} cannot be unpacked (unpack it, or compress it again)"),
+        refusing(
+            f"{file} cannot be unpacked. Unpack it with another program, or compress it again. The "
+            "error is"
+        ),
         opened(file, io.BytesIO(content)) as stream,
     ):
         while piece := stream.read(1 << 20):
-            room.take(2 * len(piece))  # by itself and joined
+            room.take(2 * len(piece))  # memory of the piece, and of the joined pieces
             if text:
                 room.take_text(piece)
             pieces.append(piece)
@@ -322,7 +342,7 @@ def _unpacked(
 
 
 def _check_regular(file: Path, *, folder: bool) -> None:
-    """Refuse a path that is no regular file, such as a pipe; a folder is allowed if `folder`.
+    """Refuse a path that is not a regular file, such as a pipe; a folder is allowed if `folder`.
 
     Raises
     ------
@@ -348,7 +368,7 @@ def _check_regular(file: Path, *, folder: bool) -> None:
 def _wrong_kind(file: Path) -> tuple[str, str] | None:
     """Return the kind of a file by its first bytes, and the remedy, if its ending is wrong.
 
-    None if the ending may be correct.
+    None if the ending may be correct. The kind follows "is" in the message.
     """
     with file.open("rb") as stream:
         head = stream.read(4096)

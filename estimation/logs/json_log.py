@@ -1,6 +1,7 @@
-"""Read logs in JSON, one document or a record in each line.
+"""Reading of logs in JSON: one document, or a record in each line.
 
-A document is arrays by name, a list of records, rows of cells, or one record in a line::
+A document has arrays by name, a list of records, or rows of cells. A record has one sample, its
+values by name::
 
     {"time": [0, 1], "position": [2, 3]}            arrays by name, also below other names
     {"position": {"unit": "mm", "values": [2, 3]}}  the same with a unit
@@ -28,9 +29,9 @@ from .column_checks import MIXED_TRUTHS, has_mixed_truths, once
 #: Cells and unit of a column.
 _Cells = tuple[Sequence[Any], str]
 
-#: Bytes that a byte of JSON takes as Python's objects, in arrays and in records of short numbers.
+#: Bytes of Python's objects per byte of JSON, in arrays and in records of short numbers.
 _UNFOLDED, _UNFOLDED_RECORDS = 12, 28
-_DEEPEST = 8  # names below one another
+_DEEPEST = 8  # largest number of nested names
 
 
 def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) -> Table:
@@ -41,6 +42,7 @@ def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) ->
     file : Path
         Path of the file, for messages.
     content : bytes
+        Content of the file.
     room : Room
         Available memory.
     lines : bool
@@ -49,8 +51,8 @@ def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) ->
     Raises
     ------
     DataError
-        The content, or a line, is not JSON; it has no columns; or it needs more memory than there
-        is.
+        The content, or a line, is not JSON; it has no columns; or it needs more memory than is
+        available.
     """
     records = lines or content.count(b"{") > 1 + content.count(b"[")
     room.take((_UNFOLDED_RECORDS if records else _UNFOLDED) * len(content))
@@ -72,7 +74,7 @@ def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) ->
 
 
 def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
-    """Return the objects of a JSON text; NaN and Infinity are allowed, as many programs write them.
+    """Return the objects of a JSON text; NaN and Infinity are allowed, as in many programs.
 
     `line` is the number of the line in the file, for messages; 0 for a whole document.
     """
@@ -81,8 +83,11 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
     except AxisidError:
         raise
     except (ValueError, RecursionError) as error:
-        why = "it is not text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
-        why = "it is nested too deeply" if isinstance(error, RecursionError) else why
+        why = str(error)
+        if isinstance(error, UnicodeDecodeError):
+            why = "the text is not UTF-8"
+        if isinstance(error, RecursionError):
+            why = "the document is nested too deeply"
         where = f", line {line}" if line else ""
         raise DataError(
             f"{file}{where} is not JSON: {why[:1].lower() + why[1:]}. Write the file again, or "
@@ -92,9 +97,10 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
 
 
 def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
-    """Yield the columns of a document by name, with a dot between nested names.
+    """Yield name, cells and unit of each column of a document, with a dot between nested names.
 
-    `name` is the name of the part of the document, from the names above it.
+    `name` is the name of the part of the document, from the names above it; empty for the whole
+    document.
     """
     if (
         isinstance(document, list)
@@ -116,7 +122,7 @@ def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
             yield name, (cells, str(document.get("unit") or ""))
         elif (
             name and document and all(str(place).isdecimal() for place in document)
-        ):  # as pandas writes them
+        ):  # a column with its row numbers, as pandas writes it
             yield name, ([*document.values()], "")
         else:
             for key, value in document.items():
@@ -124,7 +130,10 @@ def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
 
 
 def _leaves(record: Mapping[str, Any], above: str = "") -> Iterable[tuple[str, Any]]:
-    """Yield the values of a record by name, with a dot between nested names."""
+    """Yield name and value of each number of a record, with a dot between nested names.
+
+    `above` are the names above the record, each with a dot after it.
+    """
     for key, value in record.items():
         if isinstance(value, Mapping) and above.count(".") < _DEEPEST:
             yield from _leaves(value, f"{above}{key}.")
@@ -148,8 +157,8 @@ def _of_lists(lists: Sequence[Any]) -> Iterable[tuple[str, _Cells]]:
 def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:
     """Return the cells of a column as an array, (N,), and a note.
 
-    Numbers have NaN for empty cells. Time stamps are seconds from the first one, with a note on
-    this; the note is empty otherwise. Other cells are texts.
+    Numbers have NaN for empty cells. Time stamps become seconds from the first time stamp, which
+    the note reports; otherwise the note is empty. Other cells become texts.
     """
     if all(cell is None or isinstance(cell, (int, float)) for cell in cells):
         with suppress(OverflowError):

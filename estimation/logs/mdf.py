@@ -1,4 +1,4 @@
-"""Read MDF files of measurement systems with asammdf."""
+"""Reading of MDF files of measurement systems with asammdf."""
 
 from collections import Counter
 from pathlib import Path
@@ -12,7 +12,7 @@ from axisid.support.memory import Room
 
 
 def read_mdf(file: Path, room: Room) -> Table:
-    """Return the table of an MDF file; a channel has the master time of its group, and its unit.
+    """Return the table of an MDF file; the times of a channel are the master time of its group.
 
     Channels whose names occur several times are named ``GROUP.NAME``, with groups numbered from 0
     as in MDF tools; if that name occurs twice too, ``GROUP.INDEX.NAME``. Samples that are marked as
@@ -21,15 +21,15 @@ def read_mdf(file: Path, room: Room) -> Table:
     Raises
     ------
     DataError
-        The file is damaged, needs more memory than there is, or asammdf is not installed.
+        The file is damaged, needs more memory than is available, or asammdf is not installed.
     """
     asammdf, builder = library("asammdf", "mdf", file), TableBuilder(room=room)
     with (
-        refusing(f"{file} cannot be read as an MDF file (write it anew)"),
+        refusing(f"{file} cannot be read as an MDF file. Write the file again. The error is"),
         asammdf.MDF(file) as mdf,
     ):
         for name, group, index in _mdf_names(mdf):
-            # Its samples and its times are made before they are seen.
+            # Memory of the samples and times of the channel, before they are read.
             room.take(2 * 8 * mdf.groups[group].channel_group.cycles_nr)
             try:
                 signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
@@ -51,13 +51,14 @@ def read_mdf(file: Path, room: Room) -> Table:
 
 
 def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
-    """Return the channels by unique names, with group and index, without the master channels."""
+    """Return unique name, group and index of each channel, without the master channels."""
     places = [
         (name, group, index)
         for name, where in mdf.channels_db.items()
         for group, index in where
         if mdf.masters_db.get(group) != index
     ]
+    # Names that occur several times get their group, and if necessary their index.
     names = [name for name, _, _ in places]
     for longer in ("{1}.{0}", "{1}.{2}.{0}"):
         often = Counter(names)

@@ -1,4 +1,4 @@
-"""Read NumPy archives: vectors, columns of matrices and fields of records."""
+"""Reading of NumPy archives: vectors, columns of matrices and fields of records."""
 
 import io
 import json
@@ -21,26 +21,29 @@ from .column_checks import once
 def read_npz(file: Path, content: bytes, room: Room) -> Table:
     """Return the table of a NumPy archive.
 
-    Columns are vectors, columns of matrices (``data.1``), and fields of records. Their units are
-    those of an entry ``axisid.units``, JSON by name, if there is one. Python objects are passed
-    over, as they could execute code.
+    Columns are vectors, columns of matrices (``data.1``), and fields of records. An entry
+    ``axisid.units``, if there is one, has the units: a JSON object of units by name. Python objects
+    are not read, as they could execute code.
 
     Raises
     ------
     DataError
-        The archive is damaged, has no vectors, its units cannot be read, or it needs more memory
-        than there is.
+        The archive is damaged, has no vectors, has units that cannot be read, or needs more memory
+        than is available.
     """
     builder = TableBuilder(room=room)
     with (
-        refusing(f"{file} cannot be read as a NumPy archive (write one with numpy.savez)"),
+        refusing(
+            f"{file} cannot be read as a NumPy archive. Write the archive with numpy.savez. The "
+            "error is"
+        ),
         ZipFile(io.BytesIO(content)) as packed,
         np.load(io.BytesIO(content), allow_pickle=False) as archive,
     ):
         with refusing(
-            f"the entry {UNITS_ENTRY!r} of {file} is not a JSON object of units by name. Write it "
-            'as {"position": "mm"}, or omit it and give the units with '
-            f"{setting('columns', {'ROLE': 'NAME:UNIT'})}"
+            f"the entry {UNITS_ENTRY!r} of {file} is not a JSON object of units by name. Write the "
+            'entry as {"position": "mm"}, or omit the entry and give the units with '
+            f"{setting('columns', {'ROLE': 'NAME:UNIT'})}. The error is"
         ):
             written = archive[UNITS_ENTRY] if UNITS_ENTRY in archive.files else "{}"
             units = msgspec.convert(
@@ -49,13 +52,14 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         for name, entry in zip(archive.files, packed.infolist(), strict=True):
             room.take(entry.file_size)
             _add_entry(builder, name, archive, units)
-    return builder.table(str(file), advice="save vectors of them with numpy.savez")
+    return builder.table(str(file), advice="save numeric vectors with numpy.savez")
 
 
 def _add_entry(builder: TableBuilder, name: str, archive: Any, units: Mapping[str, str]) -> None:
-    """Add an array, or the fields of its records, to the table; pass over Python objects.
+    """Add an array, or the fields of its records, to the table.
 
-    Python objects could execute code. `units` has the units by name.
+    Python objects are added as a column that cannot be used, as they could execute code. `units`
+    has the units by name.
     """
     try:
         array = archive[name]

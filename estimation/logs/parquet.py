@@ -1,4 +1,4 @@
-"""Read Parquet files with pyarrow."""
+"""Reading of Parquet files with pyarrow."""
 
 import io
 from pathlib import Path
@@ -9,21 +9,23 @@ from axisid.support.memory import Room
 
 
 def read_parquet(file: Path, content: bytes, room: Room) -> Table:
-    """Return the table of a Parquet file; units are in the metadata of its fields or their names.
+    """Return the table of a Parquet file.
+
+    The unit of a column is in the metadata of its field, or in its name.
 
     Raises
     ------
     DataError
-        The file is damaged, needs more memory than there is, or pyarrow is not installed.
+        The file is damaged, needs more memory than is available, or pyarrow is not installed.
     """
     arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
     batches = []
     with (
-        refusing(f"{file} cannot be read as a Parquet file (write it anew)"),
+        refusing(f"{file} cannot be read as a Parquet file. Write the file again. The error is"),
         parquet.ParquetFile(io.BytesIO(content)) as opened,
     ):
         for batch in opened.iter_batches():
-            room.take(2 * batch.nbytes)  # its columns are put together anew
+            room.take(2 * batch.nbytes)  # memory of the batch, and of the joined columns
             batches.append(batch)
         table = arrow.Table.from_batches(batches, opened.schema_arrow).flatten()
     builder = TableBuilder(room=room)

@@ -1,4 +1,4 @@
-"""Read TDMS files of LabVIEW with npTDMS."""
+"""Reading of TDMS files of LabVIEW with npTDMS."""
 
 import logging
 import textwrap
@@ -27,9 +27,9 @@ def read_tdms(file: Path, room: Room) -> Table:
     """
     nptdms, log = library("nptdms", "tdms", file), library("nptdms.log", "tdms", file)
     builder = TableBuilder(room=room)
-    with refusing(f"{file} cannot be read as a TDMS file (write it anew)"):
+    with refusing(f"{file} cannot be read as a TDMS file. Write the file again. The error is"):
         room.take(file.stat().st_size)
-        with _warnings(log.log_manager.console_handler) as warned:
+        with _collected_warnings(log.log_manager.console_handler) as warned:
             content = nptdms.TdmsFile.read(file)
         channels = [c for group in content.groups() for c in group.channels()]
         starts = (_waveform(channel)[0] for channel in channels)
@@ -44,7 +44,7 @@ def read_tdms(file: Path, room: Room) -> Table:
 
 
 def _waveform(channel: Any) -> tuple[np.datetime64 | None, float]:
-    """Return the start of a waveform, None if it has none, and its step, s; 0 for none."""
+    """Return the start of a waveform, or None, and its time step, s; 0 for no waveform."""
     start, step = (channel.properties.get(f"wf_{each}") for each in ("start_time", "increment"))
     begun = step and isinstance(start, np.datetime64) and not np.isnat(start)
     return start if begun else None, float(step or 0)
@@ -77,8 +77,11 @@ def _add_channel(builder: TableBuilder, channel: Any, origin: np.datetime64 | No
 
 
 @contextmanager
-def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
-    """Collect the warnings that a library logs about a file, instead of printing them."""
+def _collected_warnings(handler: logging.Handler) -> Iterator[list[str]]:
+    """Yield a list to which the warnings of a library are added, instead of being printed.
+
+    `handler` prints the warnings of the library.
+    """
     messages: list[str] = []
 
     def kept(record: logging.LogRecord) -> bool:

@@ -26,16 +26,18 @@ from axisid.support.errors import EstimationError
 from .instrumental import Instruments, Iteration, IterationState, IterationStep, SimulatedRows
 from .least_squares import robust_scale, robust_solution, size_by_loss
 
-# of a parameter, that a step keeps at least where the loop does not follow the record: measured on
-# the EMPS record from 5 to 1000 kg, with the same result for 0.1 to 0.5
+# share of a positive parameter that a step keeps at least, where the loop does not follow the
+# record: measured on the EMPS record from 5 to 1000 kg, with the same result for 0.1 to 0.5
 _LEAST_SHARE_OF_A_STEP = 0.25
-# of the simulation error; a step that adds more is halved. Rounding at reversals adds less
+# relative increase of the simulation error; a step with a larger increase is halved. Rounding at
+# reversals increases the error by less
 _MAX_ERROR_GROWTH = 1e-3
-_LEAST_SLOPE_STEP = 1e-4  # of the force: change of a parameter's part for a numerical derivative
+# smallest change of a parameter's force for a numerical derivative, relative to the whole force
+_LEAST_SLOPE_STEP = 1e-4
 
 _MOST_BY_ROWS = 10  # iterates, after which steps use the derivatives of the loop
 
-_HALVINGS = 6
+_STEP_LENGTHS = 6  # lengths of a step that are tried, each half of the previous one
 
 
 class _ByOutputError(Iteration):
@@ -50,6 +52,7 @@ class _ByOutputError(Iteration):
     ``(Z'J)^-1 Z'`` times the residual force of the loop.
     """
 
+    #: True once the steps are Newton's.
     _by_slopes = False
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
@@ -64,8 +67,9 @@ class _ByOutputError(Iteration):
         """Return the next parameters, (p,), and the loops simulated with them.
 
         Six lengths of the step are tried, each half the previous one, until the residual force of
-        the loop hardly increases. The loops are None for the last step of the iteration, and where
-        none of the lengths is accepted.
+        the loop decreases or hardly increases. If no length is accepted, the parameters are those
+        of the shortest step. The loops are None for the last step of the iteration, and where no
+        length is accepted.
 
         Parameters
         ----------
@@ -78,34 +82,34 @@ class _ByOutputError(Iteration):
         """
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
-        # Goal of the step: the extrapolated solution, or that of Newton's method for slow steps.
+        # Goal of the step: the extrapolated solution, or that of Newton's method for slow steps,
+        # nearer to the present parameters where the loop does not follow the records.
         is_slow = self._pace.stalls or len(self._iterates) > _MOST_BY_ROWS
         self._by_slopes = self._by_slopes or (self._form.is_linear and is_slow)
         goal = step.further
         if self._by_slopes:
             share, goal = 1.0, self._newton_goal(step)
         if self._iterates[-1].simulation_error_percent >= MAX_SIMULATION_ERROR.value:
-            goal = self._near(physical, goal if self._by_slopes else step.goal)
+            goal = self._shortened(physical, goal if self._by_slopes else step.goal)
         scale = robust_scale(step.solution.residuals)
-        for _ in range(_HALVINGS):
-            wanted = np.clip(physical + share * (goal - physical), *self._bounds)
+        for _ in range(_STEP_LENGTHS):
+            trial = np.clip(physical + share * (goal - physical), *self._bounds)
             with suppress(EstimationError):
-                loops, right = self._on.simulated(self._form, wanted, self._budget)
-                left = self._on.rows(self._form.at(wanted)).left
+                loops, right = self._on.simulated(self._form, trial, self._budget)
+                left = self._on.rows(self._form.at(trial)).left
                 # The residual of the loop must decrease, or hardly increase.
-                now, before = (
-                    size_by_loss(left - each, scale, self._loss)
-                    for each in (right.predicted(self._form.regressed(wanted)), step.at.simulated)
-                )
+                simulated = right.predicted(self._form.regressed(trial))
+                now = size_by_loss(left - simulated, scale, self._loss)
+                before = size_by_loss(left - step.at.simulated, scale, self._loss)
                 if now < before * (1 + _MAX_ERROR_GROWTH):
-                    return wanted, (loops, right)
+                    return trial, (loops, right)
             share /= 2
-        return wanted, None
+        return trial, None
 
     def _newton_goal(self, step: IterationStep) -> Array:
         """Return the parameters, (p,), at the end of a step of Newton's method.
 
-        They are the estimate if the simulated force were linear in the parameters.
+        They would be the estimate if the simulated force were linear in the parameters.
         """
         solver = Solver(
             loop=step.simulated,
@@ -114,7 +118,7 @@ class _ByOutputError(Iteration):
         )
         return self._form.physical(solver(self._form, step.at.measured).theta)[0]
 
-    def _near(self, physical: Array, goal: Array) -> Array:
+    def _shortened(self, physical: Array, goal: Array) -> Array:
         """Return the end of a shortened step, (p,), for a loop that does not follow the records.
 
         The rows of an oscillating loop give a useless solution: nearly no inertia, or friction that
@@ -129,14 +133,16 @@ class _ByOutputError(Iteration):
         goal : (p,) array
             End of the whole step.
         """
-        lower, upper = (
-            [getattr(p, end) for p in self._form.declared] for end in ("lower", "upper")
-        )
+        lower = [p.lower for p in self._form.declared]
+        upper = [p.upper for p in self._form.declared]
         goal = np.clip(goal, lower, upper)
+        # Share of the step with which each parameter ends at its least value; 1 if it stays above.
         least = _LEAST_SHARE_OF_A_STEP * physical
-        falls = (physical > 0) & (goal < least)
-        fall = np.divide(physical - least, physical - goal, out=np.ones_like(physical), where=falls)
-        return np.asarray(physical + float(fall.min()) * (goal - physical))
+        is_below = (physical > 0) & (goal < least)
+        shares = np.divide(
+            physical - least, physical - goal, out=np.ones_like(physical), where=is_below
+        )
+        return np.asarray(physical + float(shares.min()) * (goal - physical))
 
     def _solved(
         self, step: IterationStep, reached: IterationState
@@ -163,13 +169,13 @@ class _ByOutputError(Iteration):
         deviations = np.sqrt(np.diag(PublishedCovariance().matrix(solution)))
         least = _LEAST_SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(Z, axis=0)
         for j, step in enumerate(np.maximum(deviations, least)):
-            moved = theta.copy()
-            moved[j] += step
-            # Where the loop cannot be simulated with changed parameters, the rows are used.
+            changed = theta.copy()
+            changed[j] += step
+            # Where the loop cannot be simulated with the changed parameter, the column of Z stays.
             with suppress(EstimationError):
-                at_moved = self._form.physical(moved)[0]
-                _, right = self._on.simulated(self._form, at_moved, self._budget)
-                J[:, j] = (right.predicted(moved) - simulated) / step
+                physical = self._form.physical(changed)[0]
+                _, right = self._on.simulated(self._form, physical, self._budget)
+                J[:, j] = (right.predicted(changed) - simulated) / step
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 
 

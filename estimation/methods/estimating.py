@@ -48,7 +48,7 @@ from .parametric_bootstrap import (
 
 _BOUND_TOLERANCE = 1e-6  # relative distance of a nonlinear parameter from a bound that it is at
 
-_GAIN_STEP = 1e-4  # of the gain, for the derivatives by it
+_GAIN_STEP = 1e-4  # relative step of the drive gain, for numerical derivatives by the gain
 # name of the covariance whose standard errors simulated replicas calibrate; others stay as they are
 _PIVOT = "hac"
 
@@ -92,15 +92,15 @@ def estimate_by(
     # Covariance estimators in the order of results, which is that of fewer and fewer assumptions on
     # the residuals: i.i.d., robust, HAC. `COVARIANCES` has the default, HAC, first.
     models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
-    known = _known_spread(problem, fit)
+    known = _covariance_by_known_values(problem, fit)
     # The covariances by name, with the uncertainty of known values, without replicas.
-    applied = _applied(method, fit, models, known, jacobian)
+    applied = _covariances_without_replicas(method, fit, models, known, jacobian)
     # Rows are reported without the weights of their records.
     direct = isinstance(form, DirectForm)
-    residuals, left = _own_rows(solution.residuals, weights), _own_rows(y, weights)
+    residuals, left = _unweighted(solution.residuals, weights), _unweighted(y, weights)
     simulated, error = fit.simulated, None
     if not isinstance(simulated, NotSimulated):
-        simulated = _own_rows(simulated, weights)
+        simulated = _unweighted(simulated, weights)
         error = relative_error_percent(left - simulated, left)
     has_times = len(problem.data) > 1 or problem.data[0].record.segments
     pivot = models[_PIVOT]
@@ -113,8 +113,8 @@ def estimate_by(
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
         y=left,
-        X=_own_rows((solver.slopes or fit.measured).regressor, weights),
-        Z=None if solver.loop is None else _own_rows(solver.loop.columns, weights),
+        X=_unweighted((solver.slopes or fit.measured).regressor, weights),
+        Z=None if solver.loop is None else _unweighted(solver.loop.columns, weights),
         rows=problem.stacked(lambda data: data.sampling.rows),
         neighbours=problem.neighbours,
         times=problem.stacked(lambda data: data.times_of_rows) if has_times else None,
@@ -138,7 +138,7 @@ def estimate_by(
     )
 
 
-def _applied(
+def _covariances_without_replicas(
     method: Method,
     fit: Fit,
     models: dict[str, Covariance],
@@ -172,6 +172,7 @@ def _applied(
     found: dict[str, CovarianceEstimate] = {}
     if float(y @ y) > 0 and np.all(np.isfinite(solution.residuals)):
         found = {name: covariance.applied(solution) for name, covariance in models.items()}
+    # Covariances of the physical parameters, which must be finite too.
     mapped = [delta_method(each.matrix, jacobian) for each in found.values()]
     if not mapped or not np.all(np.isfinite(mapped)):
         raise EstimationError(
@@ -186,23 +187,26 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     """Yield remarks for the user on an estimate, as sentences.
 
     They are on the filter, on a simulated loop that does not follow the record, on the loss, on the
-    iteration, and on parameters at or beyond a bound.
+    iteration, and on parameters at or beyond a bound. A remark on the filters of several records is
+    yielded once.
     """
-    every = (data.sampling.filter.remarks() for data in problem.data)
-    yield from dict.fromkeys(remark for of_one in every for remark in of_one)
+    remarks = [remark for data in problem.data for remark in data.sampling.filter.remarks()]
+    yield from dict.fromkeys(remarks)
     if np.inf > fit.simulation_error_percent > NO_RELATION.value:
         advice = "Check the control law, the reference and the signs and units of the columns"
-        if (resting := resting_axis(problem.rest)) is not None:
+        resting = resting_axis(problem.rest)
+        if resting is not None:
             advice = f"A likely cause is that {resting.sentence}"
         yield f"the simulated loop does not follow the record. {advice}"
     yield from loss_remarks(loss, fit.solution)
     yield from fit.remarks
     form = fit.form
     values = [*zip(form.declared, fit.physical, strict=True)]
+    # Nonlinear parameters are searched within their bounds, and may end at a bound.
     searched = () if form.is_linear else form.axis.nonlinear
     for (p, value), is_searched in zip(values, searched, strict=False):
-        reach = min(abs(value - p.lower), abs(value - p.upper))
-        if is_searched and reach <= _BOUND_TOLERANCE * abs(value):
+        distance = min(abs(value - p.lower), abs(value - p.upper))
+        if is_searched and distance <= _BOUND_TOLERANCE * abs(value):
             yield (
                 f"{p.name} = {value:.6g} {p.unit} is at its bound. Without the bound, the search "
                 "would go further"
@@ -221,9 +225,10 @@ def _inference(
 ) -> Inference:
     """Return the effects of filter, noise and gain on an estimate, and its covariances.
 
-    Loops are simulated with the estimate, and passed through the filter for its errors. Then follow
-    the derivatives by the drive gain. Simulated replicas of the records give the bias, and scale
-    the HAC covariance.
+    The errors of the filter are the residuals of loops that are simulated with the estimate and
+    then filtered. The derivatives by the drive gain are computed if the gain is uncertain.
+    Simulated replicas of the records give the bias, and scale the HAC covariance. A part that
+    cannot be computed is None.
 
     Parameters
     ----------
@@ -240,53 +245,58 @@ def _inference(
     """
     solution, form = fit.solution, fit.form.at(fit.physical)
     jacobian = form.physical(solution.theta)[1]
-    quiet, by_gain, theta_by_gain = None, None, None
+    filter_errors, by_gain, theta_by_gain = None, None, None
     # Values that are not finite are reported as missing. NumPy's warnings would only repeat it.
     with np.errstate(all="ignore"):
         with suppress(ModelError, DataError, EstimationError):
-            looped = with_loops(problem, fit)
-            if looped.follows:
+            fit_with_loops = with_loops(problem, fit)
+            if fit_with_loops.follows:
                 # Residual of the simulated loop itself, by filter, differences and decimation.
-                pairs = zip(problem.data, problem.by_record(looped.loops), strict=True)
-                own_signals = [noise_free_record(data, loops).signals for data, loops in pairs]
-                left_of_loop = fit.solver(form, problem.reduced(form, own_signals)).residuals
-                quiet = left_of_loop / problem.row_weights
+                pairs = zip(problem.data, problem.by_record(fit_with_loops.loops), strict=True)
+                signals = [noise_free_record(data, loops).signals for data, loops in pairs]
+                residuals_of_loop = fit.solver(form, problem.reduced(form, signals)).residuals
+                filter_errors = residuals_of_loop / problem.row_weights
         if gain_relative_sd(problem):
             with suppress(DataError, EstimationError):
                 by_gain, theta_by_gain = _jacobian_by_gain(form, problem, fit)
         # Covariances without replicas, then the scaled HAC covariance where there are replicas.
-        correction = _by_replicas(fit, form, pivot, bootstrap)
-        own = {name: each.matrix for name, each in applied.items()}
-        mapped = {name: delta_method(each, jacobian) for name, each in own.items()}
+        correction = _correction_by_replicas(fit, form, pivot, bootstrap)
+        of_theta = {name: each.matrix for name, each in applied.items()}
+        of_physical = {name: delta_method(each, jacobian) for name, each in of_theta.items()}
         freedom = {name: each.freedom for name, each in applied.items()}
         notes = {name: each.note for name, each in applied.items()}
         chains: tuple[Chain, ...] = ()
-        bias = left = off = None
+        bias = replica_residuals = replica_errors = None
         if isinstance(correction, str):
             notes[_PIVOT] = replace(notes[_PIVOT], no_replicas=correction)
         else:
             by_known = delta_method(known, jacobian)
-            own[_PIVOT] = _scaled(own[_PIVOT], known, *correction.theta_scaled)
-            mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *correction.scaled)
+            of_theta[_PIVOT] = _scaled(of_theta[_PIVOT], known, *correction.theta_scaled)
+            of_physical[_PIVOT] = _scaled(of_physical[_PIVOT], by_known, *correction.scaled)
             notes[_PIVOT] = _with_replicas(notes[_PIVOT], problem, correction)
-            left = _own_rows(correction.residuals, problem.row_weights)
+            replica_residuals = _unweighted(correction.residuals, problem.row_weights)
             if correction.count > 1:
                 freedom[_PIVOT] = np.full(len(solution.theta), correction.freedom)
-            chains, bias, off = correction.twins.chains, correction.bias, correction.theta_error
-            quiet = None if quiet is None else left.mean(axis=1)
+            chains, bias = correction.twins.chains, correction.bias
+            replica_errors = correction.theta_error
+            # With replicas, the errors of the filter are the mean residuals of the replicas.
+            if filter_errors is not None:
+                filter_errors = replica_residuals.mean(axis=1)
+            if replica_residuals.shape[1] < 2:
+                replica_residuals = None
         direct = isinstance(form, DirectForm)
         return Inference(
-            covariances=mapped,
+            covariances=of_physical,
             covariance_notes=notes,
-            ddm_covariances=own if direct else {},
+            ddm_covariances=of_theta if direct else {},
             freedom={name: least_freedom(each, jacobian) for name, each in freedom.items()},
             ddm_freedom=freedom if direct else {},
             gain_slopes=by_gain,
             theta_gain_slopes=theta_by_gain,
-            noise_free=quiet,
+            noise_free=filter_errors,
             bias=bias,
-            twins_residuals=None if left is None or left.shape[1] < 2 else left,
-            twin_errors=off,
+            twins_residuals=replica_residuals,
+            twin_errors=replica_errors,
             chains=chains,
         )
 
@@ -298,14 +308,16 @@ def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Ar
     parameters, (k,).
 
     Without known terms every linear parameter is proportional to the gain. A known term does not
-    change with the gain, and neither does a force of the drive that does not depend on its gain.
-    The other terms then account for the rest of the force.
+    change with the gain, and neither does a force of the drive that does not depend on its gain:
+    the parameters then change with the rest of the force. The inverse model is linear in the force,
+    which is on the left side only, and has exact derivatives. Those of the direct model are
+    differences of two solutions.
     """
-    if isinstance(form, InverseForm):  # the force is only on the left side
+    if isinstance(form, InverseForm):
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
         slope = fit.solution.response.T @ (problem.row_weights * rows)
         return slope, slope
-    # A measured force does not depend on the gain.
+    # Signals with a larger and a smaller gain. A measured force does not depend on the gain.
     shifted = [
         [replace(d.signals, force=d.signals.force + step * d.force_by_gain) for d in problem.data]
         for step in (_GAIN_STEP, -_GAIN_STEP)
@@ -315,7 +327,7 @@ def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Ar
     return physical / (2 * _GAIN_STEP), (ahead - behind) / (2 * _GAIN_STEP)
 
 
-def _by_replicas(
+def _correction_by_replicas(
     fit: Fit, form: Form, pivot: Covariance, bootstrap: Bootstrap | None
 ) -> BootstrapCorrection | str:
     """Return the correction of an estimate by simulated replicas, or the reason for having none.
@@ -325,7 +337,7 @@ def _by_replicas(
     if bootstrap is None:
         return ""
     twins = bootstrap.twins
-    if isinstance(twins, str):
+    if isinstance(twins, str):  # the reason why there are no replicas
         return twins.rstrip(".")
     with suppress(EstimationError):  # the solution of a replica may have no covariance
         correction = bootstrap_correction(twins, form, fit.solver, fit.solution, pivot)
@@ -367,48 +379,48 @@ def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -
 
 
 def gain_relative_sd(problem: Problem) -> float:
-    """Return the relative standard deviation of the gain that scaled the force.
+    """Return the relative standard deviation of the drive gain that scaled the force.
 
-    It is 0 for a measured force, and for an estimated gain.
+    It is 0 for a measured force, and for an estimated gain, whose uncertainty is in the
+    covariances.
     """
     measured = all(data.record.force is not None for data in problem.data)
     estimated = problem.joint_form is not None and problem.joint_form.gain is not None
     return 0.0 if measured or estimated else problem.axis.drive.relative_sd
 
 
-def _own_rows(values: Array, weights: Array) -> Array:
+def _unweighted(values: Array, weights: Array) -> Array:
     """Return rows, (n,) or (n, k), divided by the weights of their records, (n,)."""
     if np.all(weights == 1):
         return values  # not a copy of all rows
     return values / (weights if values.ndim == 1 else weights[:, None])
 
 
-def _known_spread(problem: Problem, fit: Fit) -> Array:
+def _covariance_by_known_values(problem: Problem, fit: Fit) -> Array:
     """Return the part of the regression's covariance by uncertain known values, (k, k).
 
     Each known value is changed by its standard deviation. This changes the force of the model row
-    by row, and the estimate by the influence of the rows. The part is 0 for exact values.
+    by row, and the estimate by the influence of the rows. The part is the sum of the outer products
+    of the changes of the estimate. It is 0 for exact values.
     """
     joint, theta = problem.joint_form, fit.solution.theta
     if joint is None:
         return np.zeros((len(theta), len(theta)))
     values = dict(zip((q.name for q in joint.quantities), theta, strict=True))
-    unexplained = _unexplained(problem, joint, values)
-    changes = np.reshape(
-        [
-            fit.solution.response.T @ (unexplained - _unexplained(problem, other, values))
-            for other in perturbed_joint_forms(problem.axis, joint)
-        ],
-        (-1, len(theta)),
-    )
-    return np.asarray(changes.T @ changes)
+    residuals = _residuals_of_form(problem, joint, values)
+    changes = []
+    for perturbed in perturbed_joint_forms(problem.axis, joint):
+        change_of_rows = residuals - _residuals_of_form(problem, perturbed, values)
+        changes.append(fit.solution.response.T @ change_of_rows)
+    stacked = np.reshape(changes, (-1, len(theta)))
+    return np.asarray(stacked.T @ stacked)
 
 
-def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:
+def _residuals_of_form(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:
     """Return the residual of each row of a form, (n,), for parameters by name.
 
-    A parameter without a value counts as 0: it acts only together with a known value that is 0 in
-    the estimated form.
+    A parameter without a value counts as 0: the estimated form has no such parameter, because it
+    acts only together with a known value that is 0 there.
     """
     rows = problem.reduced(form, [data.signals for data in problem.data])
     return rows.residuals(np.array([values.get(q.name, 0.0) for q in form.quantities]))

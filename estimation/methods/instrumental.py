@@ -42,10 +42,13 @@ from .least_squares import LeastSquares, check_loss, robust_solution
 from .method import Fit, Method
 
 _ROUNDING = 1e-9  # of the value, instead of the standard error in records without noise
-_SWINGING = 0.5  # of the last step, from which a step hardly shrinks; it oscillates if opposite
-_LEAST = 0.125
-_NEAR = 0.5  # standard errors, within which an estimate is linear in the previous one
-_FALLING = 0.25  # of the last step, up to which the limit is extrapolated from both steps
+# length of a step relative to the previous step, above which it hardly shrinks; if the directions
+# are opposite, the iteration oscillates
+_SWINGING = 0.5
+_LEAST_SHARE = 0.125  # smallest part of a step that is taken
+_NEAR = 0.5  # standard errors, within which an estimate is linear in the previous estimate
+# length of a step relative to the previous step, up to which the limit is extrapolated from both
+_FALLING = 0.25
 _FIRST = 3  # steps; the first steps from the nominal values have any size and direction
 
 
@@ -62,11 +65,11 @@ class StepControl:
 
     def __init__(self) -> None:
         """Begin without a step."""
-        # `share`: part of each step to take. `_taken`: number of steps so far.
-        self.share, self._taken = 1.0, 0
-        self.stalls = False  # True if the last step was hardly shorter than the previous one
+        self.share = 1.0  # part of each step to take
+        self.stalls = False  # True if the last step was hardly shorter than the previous step
+        self._taken = 0  # number of steps so far
         self._last: Array | None = None  # the last step, (p,)
-        self._length = 0.0  # of the last step, in its own standard errors
+        self._length = 0.0  # length of the last step, in its own standard errors
         self._goal: Array | None = None  # end of the last step before it was shortened, (p,)
 
     def step(self, start: Array, goal: Array, deviation: Array) -> tuple[float, Array]:
@@ -80,7 +83,7 @@ class StepControl:
         start, goal : (p,) array
             Parameters at the start and at the end of the step.
         deviation : (p,) array
-            Their standard errors.
+            Standard errors of the parameters.
 
         Returns
         -------
@@ -89,16 +92,19 @@ class StepControl:
         further : (p,) array
             Extrapolated end of the steps: the goal, or a point beyond it.
         """
+        # This step and the last step, in standard errors, to which the rounding is added.
         unit = deviation + _ROUNDING / CONVERGED.value * np.abs(goal)
         step = goal - start
         scaled_step = _scaled(step, unit)
-        self._taken, length = self._taken + 1, float(np.linalg.norm(scaled_step))
+        length = float(np.linalg.norm(scaled_step))
         last = None if self._last is None else _scaled(self._last, unit)
+        self._taken += 1
+        # Halve the steps if they hardly shrink and change their direction.
         if last is not None and self._taken > _FIRST:
             lengths = self._length, float(np.linalg.norm(last))
             self.stalls = length > _SWINGING * max(lengths)
             if self.stalls and float(scaled_step @ last) < 0:
-                self.share = max(self.share / 2, _LEAST)
+                self.share = max(self.share / 2, _LEAST_SHARE)
         further = self._beyond(goal, scaled_step, last)
         self._last, self._length, self._goal = step, length, goal
         return float(np.abs(scaled_step).max()), further
@@ -113,7 +119,7 @@ class StepControl:
         Parameters
         ----------
         goal : (p,) array
-            End of the step.
+            Parameters at the end of the step.
         scaled_step : (p,) array
             The step in standard errors.
         last : (p,) array or None
@@ -122,9 +128,11 @@ class StepControl:
         before = self._goal
         if last is None or before is None or self.share < 1:
             return goal
-        size, other = (float(np.abs(each).max()) for each in (scaled_step, last))
-        ends = size * size <= CONVERGED.value * other  # the next step would be the last anyhow
-        if ends or size > _NEAR or size > _FALLING * other:
+        size = float(np.abs(scaled_step).max())
+        last_size = float(np.abs(last).max())
+        # The next step, shorter by the same factor, would converge without extrapolation.
+        converges_next = size * size <= CONVERGED.value * last_size
+        if converges_next or size > _NEAR or size > _FALLING * last_size:
             return goal
         change = scaled_step - last
         return np.asarray(
@@ -140,10 +148,11 @@ def _scaled(step: Array, unit: Array) -> Array:
 # simulation error at the end relative to that of least squares; beyond it, a nonlinear model has
 # converged to another solution
 _MAX_SIMULATION_ERROR_RATIO = 2.0
-# standard errors, where the simulated loop jumps too much: a hundredth of the variance
+# last step in standard errors, up to which an estimate is accepted where the simulated loop jumps
+# too much for exact convergence: a hundredth of the variance
 NEARLY_CONVERGED = 0.1
 
-_MOST = 20
+_MOST_ITERATIONS = 20
 #: Simulated loops and their rows.
 SimulatedRows = tuple[tuple[Simulation, ...], Equations]
 
@@ -153,8 +162,8 @@ class Start:
     """Start of an iteration: least squares, if its simulated loop follows the records.
 
     Least squares is usually nearer to the solution than the nominal values, and does not depend on
-    them. Noise may bias it so much that the loop simulated with it is no instrument. The iteration
-    then starts from the nominal values.
+    the nominal values. Noise may bias least squares so much that the loop simulated with it is no
+    instrument. The iteration then starts from the nominal values.
 
     Attributes
     ----------
@@ -165,7 +174,7 @@ class Start:
     simulated : tuple of loops and Equations, or None
         Loops simulated with the start, and their rows; None if they are not yet simulated.
     why_not : str or None
-        Reason why the iteration does not start as requested.
+        Sentence with the reason why the iteration does not start as requested; None if it does.
     """
 
     physical: Array
@@ -176,7 +185,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class IterationStep:
-    """Full step of an iteration, from a state to the solution of the rows there.
+    """Full step of an iteration, from a state to the solution with its loops as instruments.
 
     Attributes
     ----------
@@ -191,7 +200,7 @@ class IterationStep:
     solution : Solution
         Solution of the rows at the start.
     simulated : QrFactors
-        Rows of the loop that is simulated with the start.
+        QR factors of the regressor along the loops that are simulated at the start of the step.
     """
 
     at: "IterationState"
@@ -215,9 +224,9 @@ class IterationState:
     loops : tuple of Simulation
         Loops that are simulated with the parameters.
     simulated : (n,) array
-        Left side of these loops.
+        Left side of the model along these loops.
     right : Equations
-        Rows of these loops.
+        Rows along these loops.
     """
 
     measured: Equations
@@ -244,10 +253,11 @@ class Iteration:
         self._method, self._form, self._start, self._loss = method.name, form, start, method.loss
         # A linearised model stays within the bounds of its search.
         self._bounds = (-np.inf, np.inf) if form.is_linear else search_bounds(form.axis)
-        self._on = problem  # the rows that the iteration is made on
-        self._iterates: list[Iterate] = []
+        self._on = problem  # its measured rows are solved, and its loops simulated
+        self._iterates: list[Iterate] = []  # the start and every iterate so far
         loops = sum(len(data.record.spans) for data in problem.data)
-        self._pace, self._budget = StepControl(), StepBudget(loops * STEPS_OF_SEARCH)
+        self._pace = StepControl()  # control of the length of the steps
+        self._budget = StepBudget(loops * STEPS_OF_SEARCH)  # integration steps of all loops
         self.jumps = False  # True if the simulated loop jumps too much for exact convergence
 
     def fit(self) -> Fit:
@@ -262,53 +272,64 @@ class Iteration:
         EstimationError
             The iteration does not converge, or a loop cannot be simulated; the iterate is named.
         """
-        physical, ahead = self._start.physical, self._start.simulated
+        # `loops` are those simulated with the next parameters; None if not yet simulated.
+        physical, loops = self._start.physical, self._start.simulated
         last: IterationStep | None = None
-        nearest: IterationStep | None = None
-        while len(self._iterates) <= _MOST:
-            with self._naming():
-                reached = self._at(physical, ahead)
+        shortest: IterationStep | None = None
+        while len(self._iterates) <= _MOST_ITERATIONS:
+            with self._method_in_errors():
+                reached = self._state_at(physical, loops)
                 if last is not None and last.size <= CONVERGED.value:
-                    return self._ended(last, reached)
+                    return self._fit_at_end(last, reached)
                 last = self._step(reached)
-                nearest = last if nearest is None or last.size < nearest.size else nearest
-                physical, ahead = self._next(last, physical, self._pace.share)
-        if nearest is None or nearest.size > NEARLY_CONVERGED:
-            raise self._moving(physical)
-        with self._naming():
-            back = replace(nearest, further=nearest.goal)
-            reached = self._at(*self._next(back, nearest.at.physical, 1.0))
+                if shortest is None or last.size < shortest.size:
+                    shortest = last
+                physical, loops = self._next(last, physical, self._pace.share)
+        if shortest is None or shortest.size > NEARLY_CONVERGED:
+            raise self._no_convergence(physical)
+        # Not converged, but the shortest step is small: take this step again as the last one.
+        with self._method_in_errors():
+            not_extrapolated = replace(shortest, further=shortest.goal)
+            end = self._next(not_extrapolated, shortest.at.physical, 1.0)
+            reached = self._state_at(*end)
             self.jumps = True
-            return self._ended(
-                nearest,
+            return self._fit_at_end(
+                shortest,
                 reached,
-                f"the last step of the iteration is {nearest.size:.1g} standard errors, and "
+                f"the last step of the iteration is {shortest.size:.1g} standard errors, and "
                 "smaller steps are not possible: the simulated loop reverses so often that it "
                 "jumps with the parameters",
             )
 
-    def _moving(self, physical: Array) -> EstimationError:
-        """Return the error of an iteration that does not converge, with its last parameters."""
+    def _no_convergence(self, physical: Array) -> EstimationError:
+        """Return the error of an iteration that does not converge.
+
+        `physical`, (p,), has the last parameters.
+        """
         other = "better nominal values."
         if self._start.named != NOMINAL_START:
             other = f'the nominal values: start="{NOMINAL_START}" in Python.'
         advice = f"Check the control law against the record, and start from {other}"
-        if (resting := resting_axis(self._on.rest)) is not None:
+        resting = resting_axis(self._on.rest)
+        if resting is not None:
             advice = f"A likely cause is that {resting.sentence}."
         return EstimationError(
-            f"{self._method} does not converge in {_MOST} iterations. The last estimate is "
-            f"{self._form.describe(physical)}. {advice}",
+            f"{self._method} does not converge in {_MOST_ITERATIONS} iterations. The last estimate "
+            f"is {self._form.describe(physical)}. {advice}",
             code="no-convergence",
         )
 
-    def _at(self, physical: Array, ahead: SimulatedRows | None) -> IterationState:
+    def _state_at(self, physical: Array, simulated_before: SimulatedRows | None) -> IterationState:
         """Return the state at parameters `physical`, (p,), and add it to the iterates.
 
-        `ahead` has the loops simulated with these parameters; with None they are simulated here.
+        `simulated_before` has the loops simulated with these parameters; with None they are
+        simulated here.
         """
-        measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
-        loops, right = ahead or self._on.simulated(self._form, physical, self._budget)
-        # Parameters of the simulated point, which a damped step places before the solution.
+        # The form is linearised at the start already.
+        form = self._form.at(physical) if self._iterates else self._form
+        measured = self._on.rows(form)
+        loops, right = simulated_before or self._on.simulated(self._form, physical, self._budget)
+        # The regression's parameters are not those of the last solution if a step was damped.
         theta = self._form.regressed(physical)
         simulated = right.predicted(theta)  # the loop satisfies the model row by row
         error = relative_error_percent(measured.left - simulated, measured.left)
@@ -328,7 +349,7 @@ class Iteration:
         goal, jacobian = self._form.physical(solution.theta)
         covariance = delta_method(PublishedCovariance().matrix(solution), jacobian)
         deviation = np.sqrt(np.diag(covariance))
-        # Size of the full step: a damped step may be small far from the solution.
+        # Size of the full step, because a damped step may be small far from the solution.
         size, further = self._pace.step(at.physical, goal, deviation)
         return IterationStep(at, goal, further, size, solution, simulated)
 
@@ -341,19 +362,38 @@ class Iteration:
     def _next(
         self, step: IterationStep, physical: Array, share: float
     ) -> tuple[Array, SimulatedRows | None]:
-        """Return the next parameters, (p,), and the loops simulated with them, or None.
+        """Return the next parameters, (p,), and the loops simulated with them.
 
-        They are the given share of the way to the goal of the step. At convergence they are the
-        goal itself, within the bounds. The step of a nonlinear inverse model is shortened where its
-        linearisation does not hold.
+        The loops are None, unless a subclass has simulated them. The next parameters are the given
+        share of the way to the goal of the step. At convergence they are the goal itself, within
+        the bounds. The step of a nonlinear inverse model is shortened where its linearisation does
+        not hold.
+
+        Parameters
+        ----------
+        step : IterationStep
+            Step from the present parameters to the solution there.
+        physical : (p,) array
+            Present parameters.
+        share : float
+            Part of the step to take.
+
+        Returns
+        -------
+        (p,) array
+            The next parameters.
+        tuple or None
+            Loops simulated with these parameters, and their rows; None if not yet simulated.
         """
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
         if not self._form.is_linear and isinstance(self._form, InverseForm):
             return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal), None
-        return step.goal if share == 1 else physical + share * (step.goal - physical), None
+        if share == 1:
+            return step.goal, None
+        return physical + share * (step.goal - physical), None
 
-    def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
+    def _fit_at_end(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
         """Return the fit at the end of the last step.
 
         Parameters
@@ -361,7 +401,7 @@ class Iteration:
         step : IterationStep
             The last step.
         reached : IterationState
-            State at its end.
+            State at the end of the last step.
         remarks : str
             Further remarks for the user.
 
@@ -371,19 +411,22 @@ class Iteration:
             A nonlinear model has converged to another solution of its equations, with a larger
             simulation error.
         """
-        first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
+        first = self._iterates[0].simulation_error_percent
+        last = self._iterates[-1].simulation_error_percent
         if not self._form.is_linear and last > _MAX_SIMULATION_ERROR_RATIO * first:
             # The equations of a nonlinear model have several solutions, most of them wrong.
             raise EstimationError(
                 "the iteration converged to another solution of the same equations, "
-                f"{self._form.describe(self._iterates[-1].physical)}, with a simulation error of "
-                f"{last:.3g} % instead of {first:.3g} % at least squares. Use idm-ls, or record a "
-                "motion that stays longer where the nonlinear terms change."
+                f"{self._form.describe(self._iterates[-1].physical)}. Its simulation error is "
+                f"{last:.3g} % of the {self._form.left}, but {first:.3g} % with least squares. Use "
+                "idm-ls, or record a motion that stays longer where the nonlinear terms change."
             )
         measured, solver, solution = self._solved(step, reached)
         if not self._form.is_linear:
+            # The parameters within the bounds, where the rows are linearised.
             at = reached.physical
             solution = replace(solution, theta=at, residuals=measured.residuals(at))
+        why_not = self._start.why_not
         return Fit(
             form=self._form,
             measured=measured,
@@ -393,7 +436,7 @@ class Iteration:
             started=self._start.named,
             loops=reached.loops,
             simulated=reached.simulated,
-            remarks=(*filter(None, [self._start.why_not]), *remarks),
+            remarks=(why_not, *remarks) if why_not else remarks,
         )
 
     def _solved(
@@ -407,27 +450,29 @@ class Iteration:
         return reached.measured, solver, step.solution
 
     @contextmanager
-    def _naming(self) -> Iterator[None]:
-        """Return a context that adds method and number of the iterate to an estimation error."""
-        what = f"{self._method}, iterate {len(self._iterates)}"
+    def _method_in_errors(self) -> Iterator[None]:
+        """Add the method and the number of the iterate to an error in the ``with`` block."""
+        iterate = f"{self._method}, iterate {len(self._iterates)}"
         try:
             yield
         except EstimationError as error:
-            raise EstimationError(f"{what}: {error}", code=error.code) from error
+            raise EstimationError(f"{iterate}: {error}", code=error.code) from error
 
 
 class Instruments(Method):
     """Instrumental variables from the simulated loop."""
 
-    #: Iteration that is started from least squares or the nominal values, and from the other of the
-    #: two if it does not converge.
+    #: Class of the iteration. It starts from least squares or from the nominal values. If it does
+    #: not converge, it is repeated from the other start.
     iterated = Iteration
 
     def fit(self, problem: Problem) -> Fit:
         """Return the fit of a problem by the iteration from its start.
 
-        If the iteration of a linear model does not converge exactly, it is repeated from the other
-        start. The first fit is kept if the second is not better.
+        If the iteration of a linear model does not converge, or only nearly converges because its
+        simulated loop jumps, it is repeated from the other start. The first fit is kept if the
+        second iteration does not converge exactly. Without any fit, the error of the second
+        iteration is raised, or that of the first if there is no other start.
 
         Raises
         ------
@@ -442,9 +487,10 @@ class Instruments(Method):
         first = self.iterated(self, form, start, problem)
         if not form.is_linear:
             return first.fit()
-        near: Fit | None = None
+        # From the first start: return an exact fit, and keep a fit that nearly converged.
+        nearly_converged: Fit | None = None
         try:
-            near = first.fit()
+            nearly_converged = first.fit()
         except EstimationError:
             other = _other_start(problem, form, start)
             if other is None:
@@ -452,15 +498,18 @@ class Instruments(Method):
         else:
             other = _other_start(problem, form, start) if first.jumps else None
             if other is None:
-                return near
+                return nearly_converged
+        # From the other start.
         second = self.iterated(self, form, other, problem)
         try:
             found = second.fit()
         except EstimationError:
-            if near is None:
+            if nearly_converged is None:
                 raise
-            return near
-        return near if near is not None and second.jumps else found
+            return nearly_converged
+        if second.jumps and nearly_converged is not None:
+            return nearly_converged
+        return found
 
 
 def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
@@ -474,7 +523,7 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     Raises
     ------
     EstimationError
-        A model that is not linear has no least squares.
+        The search of a nonlinear model gives no least-squares estimate.
     """
     if not form.is_linear:
         form = separable_least_squares(form, problem.rows)
@@ -486,6 +535,7 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     except (DataError, EstimationError) as error:
         return form, _nominal_start(form, str(error))
     if fit.follows:
+        # The rows of the loops, in the form of the iteration.
         right = fit.right
         if right is None or not isinstance(form, InverseForm):
             right = problem.simulated_rows(form, fit.physical, fit.loops)
@@ -500,7 +550,8 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
 def _other_start(problem: Problem, form: Form, first: Start) -> Start | None:
     """Return the start of a linear model that was not used first.
 
-    It is the nominal values after least squares, and the reverse. None where least squares fails.
+    After least squares, it is at the nominal values; after the nominal values, at least squares.
+    None where least squares fails.
     """
     if first.named != NOMINAL_START:
         return _nominal_start(form, "it does not converge from least squares")
@@ -521,8 +572,6 @@ def _nominal_start(form: Form, why_not: str | None = None) -> Start:
 
     `why_not` is the reason why it is not at least squares; None if nominal values were requested.
     """
-    return Start(
-        form.start,
-        NOMINAL_START,
-        why_not=why_not and f"the iteration starts from the nominal values, because {why_not}",
-    )
+    if why_not:
+        why_not = f"the iteration starts from the nominal values, because {why_not}"
+    return Start(form.start, NOMINAL_START, why_not=why_not)

@@ -35,9 +35,9 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 
 from .method import Fit, Method
 
-_MOST, _STANDS_STILL = 200, 1e-10
-#: Residuals below it, relative to the left side, are rounding and have no scale.
-_ROUNDING = 1e-13
+_MOST_ITERATIONS = 200
+_CONVERGED = 1e-10  # relative change of the parameters in the last iteration
+_ROUNDING = 1e-13  # of the left side; smaller residuals are rounding errors and have no scale
 
 
 _HUBER, _BISQUARE = HUBER_TUNING.value, BISQUARE_TUNING.value
@@ -96,17 +96,17 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
     if loss not in LOSS_FUNCTIONS or robust_scale(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
         return plain
     solution = robust_solution(y, X, Z, _STARTS[loss]) if loss in _STARTS else plain
-    for _ in range(_MOST):
-        weights, slopes, _ = LOSS_FUNCTIONS[loss](
-            solution.residuals / robust_scale(solution.residuals)
-        )
+    for _ in range(_MOST_ITERATIONS):
+        scaled_residuals = solution.residuals / robust_scale(solution.residuals)
+        weights, slopes, _ = LOSS_FUNCTIONS[loss](scaled_residuals)
         previous = solution.theta
         solution = instrumental_variables(y, X, Z, LossWeights(weights=weights, slopes=slopes))
         change = np.linalg.norm((solution.theta - previous) * X.scale)
-        if change <= _STANDS_STILL * np.linalg.norm(previous * X.scale):
+        if change <= _CONVERGED * np.linalg.norm(previous * X.scale):
             return solution
     raise EstimationError(
-        f"the estimate with the {loss} loss does not converge in {_MOST} iterations. Use least "
+        f"the estimate with the {loss} loss does not converge in {_MOST_ITERATIONS} "
+        "iterations. Use least "
         "squares, and examine the residuals.",
         code="no-convergence",
     )
@@ -134,14 +134,18 @@ def check_loss(loss: str, form: Form) -> None:
     if loss in LOSS_FUNCTIONS and not form.is_linear:
         raise ModelError(
             f"the {loss} loss needs a model that is linear in its parameters, and axis "
-            f'{form.axis.name!r} is not. Use loss="{SQUARES_LOSS}", or fit the control '
-            "with a loss.",
+            f'{form.axis.name!r} is not. Use loss="{SQUARES_LOSS}", or fit the control (fit) '
+            "with this loss.",
             code="method",
         )
 
 
 def loss_remarks(loss: str, solution: Solution) -> list[str]:
-    """Return a sentence on the weights of the rows under a robust loss; no sentence for squares."""
+    """Return a list with one sentence on the weights of the rows; empty for the squares.
+
+    With a robust loss, the sentence gives the number of rows with a weight below one half, and the
+    smallest weight.
+    """
     if loss not in LOSS_FUNCTIONS:
         return []
     if solution.counts is None:
@@ -155,7 +159,7 @@ def loss_remarks(loss: str, solution: Solution) -> list[str]:
 
 
 def robust_scale(residuals: Array) -> float:
-    """Return the standard deviation of normal residuals with the same median size."""
+    """Return the standard deviation of normal residuals that have the same median magnitude."""
     return float(np.median(np.abs(residuals))) / MEDIAN_OF_NORMAL.value
 
 
@@ -191,11 +195,13 @@ class LeastSquares(Method):
             loops, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
             by_estimate = isinstance(error, EstimationError)
-            said = f"there is no simulation error, because {error!s}"
+            remarks: tuple[str, ...] = ()
+            # If no loop can be simulated for any method, the verdict reports it instead.
+            if by_estimate:
+                remarks = (f"there is no simulation error, because {error!s}",)
             return replace(
                 fit,
                 simulated=NotSimulated(str(error), by_estimate=by_estimate),
-                # If no loop can be simulated for any method, the verdict reports it.
-                remarks=(said,) if by_estimate else (),
+                remarks=remarks,
             )
         return replace(fit, loops=loops, right=right, simulated=right.predicted(solution.theta))

@@ -22,24 +22,25 @@ class Fit:
     Attributes
     ----------
     form : Form
-        Form at the point that the rows are linearised about.
+        Form of the regression; that of a nonlinear model is linearised about its least-squares
+        estimate.
     measured : Equations
         Measured rows that were solved.
     solution : Solution
-        Their solution.
+        Solution of the measured rows.
     solver : Solver
-        Solver of the rows, which solves other rows in the same way.
+        Solver of the measured rows, which solves other rows in the same way.
     iterates : tuple of Iterate
         The start and every iterate; empty without an iteration.
     started : str
         Start of the iteration, of `INSTRUMENT_STARTS`; empty without an iteration.
     loops : tuple of Simulation
-        One for each segment of each record; empty where they could not be simulated.
+        Loops that were simulated with the solution, one for each segment of each record; empty
+        where no loop could be, or had to be, simulated.
     right : Equations or None
-        Rows of the loops that were simulated with the solution; None where these rows were not
-        made.
+        Rows of `loops`; None where the method did not compute these rows.
     simulated : (n,) array or NotSimulated
-        Left side of the simulated loops, or the reason why they were not simulated.
+        Left side of the model along the simulated loops, or the reason why no loop was simulated.
     remarks : tuple of str
         Remarks for the user.
     """
@@ -73,7 +74,10 @@ class Fit:
 
     @property
     def follows(self) -> bool:
-        """True if the simulated loops follow the records, so that they can represent them."""
+        """True if the simulated loops follow the records, so that they can represent the records.
+
+        Their simulation error must be below `MAX_SIMULATION_ERROR`. False without loops.
+        """
         return self.simulation_error_percent < MAX_SIMULATION_ERROR.value
 
 

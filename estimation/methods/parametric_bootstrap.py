@@ -30,10 +30,10 @@ from .methods import METHODS
 
 TOO_FEW = "more than half of the replicas cannot be simulated, or give no estimate"
 _FOLLOWS_NOT = "the simulated loop does not follow the record"
-_ROUNDS = 4  # of replicas, each at the estimate minus the bias of the previous round
-_MEASURED = 2  # rounds that measure the noise: at the estimate, and at it minus a first bias
+_ROUNDS = 4  # of replicas, each with the estimate minus the bias of the previous round
+_NOISE_ROUNDS = 2  # rounds that measure the noise: with the estimate, and minus a first bias
 _ROUNDING = 1e-9  # of a parameter: rounding by reversals of simulated loops
-_CLOSE = 1e-7  # of a parameter: a change that hardly affects a bias
+_NO_CHANGE = 1e-7  # of a parameter: a change that hardly affects a bias
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,9 +54,9 @@ class Bootstrap:
         Methods that will use the replicas, whose rows are computed together.
     has_laws : callable
         Returns True if the recorded controls follow the declared law. Only then may the replicas
-        come from a loop that does not follow the record because of noise. The residual of the loop
-        must then be no larger than in the replicas: a residual by another law or another delay is
-        not noise.
+        come from a loop that does not follow the record. The residual of that loop must be no
+        larger than in the replicas, so that noise explains it: a residual by another law or another
+        delay is not noise.
     loss : str
         One of `ROW_LOSSES`. Only squares have replicas, because outliers are not noise of a signal
         chain.
@@ -70,10 +70,10 @@ class Bootstrap:
 
     @cached_property
     def twins(self) -> Twins | str:
-        """Simulated replicas, or the reason for having none, as text.
+        """Simulated replicas, or the reason why there are none, as text.
 
         The methods DIDIM, IDM-IV and IDM-LS are tried in this order. The first whose loop follows
-        the record, or differs from it only by noise, gives the replicas.
+        the record, or differs from the record only by noise, gives the replicas.
         """
         if self.loss != ROW_LOSSES[0]:
             return "a robust loss weights the rows, and outliers are not noise of the signals"
@@ -82,8 +82,9 @@ class Bootstrap:
             try:
                 fit = with_loops(self.problem, METHODS[method].fitted(self.problem))
                 if fit.follows or self.has_laws():
-                    twins = self._less_bias(fit)
-                    if fit.follows or isinstance(twins, str) or self._leave_as_much(twins, fit):
+                    twins = self._unbiased_replicas(fit)
+                    # `twins` is a text, the reason, if there are no replicas.
+                    if fit.follows or isinstance(twins, str) or self._noise_explains(twins, fit):
                         return twins
                 why = _FOLLOWS_NOT
             except (ModelError, LoopDataError):  # the verdict reports the reason
@@ -92,7 +93,7 @@ class Bootstrap:
                 why = str(error).rstrip("; ")
         return why
 
-    def _less_bias(self, fit: Fit) -> Twins | str:
+    def _unbiased_replicas(self, fit: Fit) -> Twins | str:
         """Return replicas simulated with the estimate minus its bias, or why there are none.
 
         In each round replicas are simulated, and their mean error is subtracted from the estimate.
@@ -102,16 +103,18 @@ class Bootstrap:
         form, model, at, loops = fit.form, Hac(), fit.physical, fit.loops
         standard_errors = np.sqrt(np.diag(model.matrix(fit.solution)))
         chains: tuple[Chain, ...] = ()
-        kinds: list[type[Form]] = []  # linear forms of the methods that the problem has
+        # Linear forms of the methods that the problem allows, whose rows are computed together.
+        kinds: list[type[Form]] = []
         for kind in dict.fromkeys(METHODS[method].form for method in self.methods):
             with suppress(ModelError):
-                kinds += [kind] * self.problem.form(kind).is_linear
+                if self.problem.form(kind).is_linear:
+                    kinds.append(kind)
         for number in range(_ROUNDS):
-            if number < _MEASURED:
-                records = zip(self._noisy, self.problem.by_record(loops), strict=True)
+            if number < _NOISE_ROUNDS:
+                records = zip(self._records_for_noise, self.problem.by_record(loops), strict=True)
                 chains = tuple(
-                    measured_noise(data, form.own(at, i), of_one)
-                    for i, (data, of_one) in enumerate(records)
+                    measured_noise(data, form.own(at, i), own_loops)
+                    for i, (data, own_loops) in enumerate(records)
                 )
             twins = Twins(
                 problem=self.problem,
@@ -124,45 +127,50 @@ class Bootstrap:
             correction = bootstrap_correction(twins, form, fit.solver, fit.solution, model)
             if correction is None:
                 return TOO_FEW
+            # End if the bias hardly changes, otherwise simulate with the new estimate.
             before, at = at, fit.physical - correction.bias
-            change = np.abs(form.regressed(at) - form.regressed(before))
-            tolerance = correction.theta_scaled[0] * standard_errors + _CLOSE * np.abs(
-                form.regressed(at)
-            )
+            theta = form.regressed(at)
+            change = np.abs(theta - form.regressed(before))
+            scale, _ = correction.theta_scaled
+            tolerance = scale * standard_errors + _NO_CHANGE * np.abs(theta)
             if np.all(change <= tolerance):
                 return twins
-            loops = _at(self.problem, form, at)
+            loops = _loops_at(self.problem, form, at)
         return "the bias of the estimate does not converge"
 
     @cached_property
-    def _noisy(self) -> list[FilteredRecord]:
+    def _records_for_noise(self) -> list[FilteredRecord]:
         """The records with filters from which their noise can be measured.
 
         A filter with a lower cut-off than the default is replaced by the default filter: with a low
         cut-off, all rows are near a reversal. The noise of a record does not depend on the filter.
         """
-        noisy = []
+        found = []
         for data in self.problem.data:
             default = Prefilter(hold=data.prefilter.hold).at_rate_of(data.period)
             if data.prefilter.cutoff < default.cutoff:
                 bound = FilteredRecord.bind(data.axis, data.record, default, data.fastest)
-                noisy.append(bound.with_mean_control(data.between))
+                found.append(bound.with_mean_control(data.between))
             else:
-                noisy.append(data)
-        return noisy
+                found.append(data)
+        return found
 
-    def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
-        """Return True if the records' residual is no larger than the largest of the replicas.
+    def _noise_explains(self, twins: Twins, fit: Fit) -> bool:
+        """Return True if the residual of the records is no larger than the largest of the replicas.
 
-        The residual is that of the left side from the loop that is simulated with the replicas'
-        parameters, in percent.
+        The residual is the left side minus that of the loop without noise, which is simulated with
+        the parameters of the replicas. It is compared in percent of the left side (rms).
         """
         problem, form = self.problem, fit.form.at(twins.at)
-        rows = problem.simulated_rows(form, twins.at, _at(problem, form, twins.at))
+        rows = problem.simulated_rows(form, twins.at, _loops_at(problem, form, twins.at))
         simulated = rows.predicted(form.regressed(twins.at))
-        sides = [fit.measured.left, *(rows.left for rows in twins.rows(form))]
-        of_records, *others = (relative_error_percent(left - simulated, left) for left in sides)
-        return of_records <= max(others, default=0.0)
+        left = fit.measured.left
+        error_of_records = relative_error_percent(left - simulated, left)
+        errors_of_replicas = [
+            relative_error_percent(replica.left - simulated, replica.left)
+            for replica in twins.rows(form)
+        ]
+        return error_of_records <= max(errors_of_replicas, default=0.0)
 
 
 def with_loops(problem: Problem, fit: Fit) -> Fit:
@@ -177,18 +185,20 @@ def with_loops(problem: Problem, fit: Fit) -> Fit:
     """
     if fit.loops:
         return fit
-    loops = _at(problem, fit.form, fit.physical)
+    loops = _loops_at(problem, fit.form, fit.physical)
     rows = problem.simulated_rows(fit.form, fit.physical, loops)
     return replace(fit, loops=loops, simulated=rows.predicted(fit.form.regressed(fit.physical)))
 
 
-def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:
-    """Return the loops of all records, simulated with physical parameters, (p,)."""
-    return tuple(
-        loop
-        for i, data in enumerate(problem.data)
-        for loop in recorded_loops(data, form.own(physical, i))
-    )
+def _loops_at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:
+    """Return the loops of all records, simulated with physical parameters, (p,).
+
+    There is one loop for each segment of each record.
+    """
+    loops: list[Simulation] = []
+    for i, data in enumerate(problem.data):
+        loops += recorded_loops(data, form.own(physical, i))
+    return tuple(loops)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,17 +208,17 @@ class BootstrapCorrection:
     Attributes
     ----------
     twins : Twins
-        The simulated replicas.
+        Simulated replicas.
     off : (R, p) array
         Errors of the physical parameters in R replicas: the estimate from a replica minus the
         parameters that it was simulated with.
     theta_error : (R, k) array
         Errors of the regression's own parameters.
     scaled : (p,) array, (p, p) array
-        Factors of the standard errors, and the correlation matrix of the replicas' errors. With too
-        few replicas, the matrix is that of the estimate's covariance.
+        Factors of the standard errors of the physical parameters, and the correlation matrix of the
+        replicas' errors. With too few replicas, the matrix is that of the estimate's covariance.
     theta_scaled : (k,) array, (k, k) array
-        The same for the regression's own parameters.
+        The same two for the regression's own parameters.
     residuals : (n, R) array
         Residuals of the estimator in the replicas.
     """
@@ -268,7 +278,7 @@ def bootstrap_correction(
     solution : Solution
         Solution of the records.
     covariance : Covariance
-        Covariance of the pivot.
+        Estimator of the covariances whose standard errors h are scaled.
 
     Returns
     -------
@@ -279,34 +289,37 @@ def bootstrap_correction(
     if not 0 < twins.count <= 2 * len(solved):
         return None
     jacobian = form.physical(solution.theta)[1]
+    # Errors of the replicas: their estimates minus the parameters that they were simulated with.
     regressed = form.regressed(twins.at)
     theta_error = np.array([each.theta for each in solved]) - regressed
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
     # Covariances of the records, and then of each replica.
-    own_covariances = [covariance.matrix(each) for each in (solution, *solved)]
-    covariances = [delta_method(each, jacobian) for each in own_covariances]
+    of_theta = [covariance.matrix(each) for each in (solution, *solved)]
+    of_physical = [delta_method(each, jacobian) for each in of_theta]
     return BootstrapCorrection(
         twins=twins,
         off=off,
         theta_error=theta_error,
-        scaled=_pivot(off, covariances, twins.at),
-        theta_scaled=_pivot(theta_error, own_covariances, regressed),
+        scaled=_scale_and_correlation(off, of_physical, twins.at),
+        theta_scaled=_scale_and_correlation(theta_error, of_theta, regressed),
         residuals=np.column_stack([each.residuals for each in solved]),
     )
 
 
-def _pivot(off: Array, covariances: list[Array], at: Array) -> tuple[Array, Array]:
+def _scale_and_correlation(
+    errors: Array, covariances: list[Array], at: Array
+) -> tuple[Array, Array]:
     """Return the factors of the standard errors by replicas, and the correlation of the errors.
 
     Parameters
     ----------
-    off : (R, p) array
-        Errors of the replicas.
+    errors : (R, p) array
+        Errors of the parameters in the replicas.
     covariances : list of (p, p) arrays
         Covariance of the estimate from the records, then of the estimate from each replica.
     at : (p,) array
-        Parameters of the simulated loops. Scaled standard errors are at least 1e-9 of these, the
-        rounding of a loop.
+        Parameters of the simulated loops. Scaled standard errors are at least 1e-9 of these, which
+        is the rounding of a loop.
 
     Returns
     -------
@@ -315,15 +328,18 @@ def _pivot(off: Array, covariances: list[Array], at: Array) -> tuple[Array, Arra
     correlations : (p, p) array
         Correlation matrix of the errors; that of the estimate's covariance for few replicas.
     """
-    if len(off) == 1:
+    if len(errors) == 1:
         return np.ones(len(at)), np.nan_to_num(correlation(covariances[0]))
+    # First row: the rounding, divided by the standard errors of the records. The other rows: the
+    # centred errors of the replicas, each divided by the standard errors of its replica.
     deviations = np.sqrt(np.maximum([np.diag(each) for each in covariances], 0.0))
-    centred = np.vstack([_ROUNDING * np.abs(at), off - off.mean(axis=0)])
+    centred = np.vstack([_ROUNDING * np.abs(at), errors - errors.mean(axis=0)])
     least, *t = np.divide(centred, deviations, out=np.zeros_like(centred), where=deviations > 0)
     scale = np.maximum(np.std(t, axis=0, ddof=1), least)
     # Two antithetic replicas are one sample, to first order.
-    tells = len(off) // 2 > len(at)
-    matrix = np.atleast_2d(np.cov(centred[1:].T)) if tells else covariances[0]
+    matrix = covariances[0]
+    if len(errors) // 2 > len(at):
+        matrix = np.atleast_2d(np.cov(centred[1:].T))
     correlations = np.nan_to_num(correlation(matrix))
     np.fill_diagonal(correlations, 1.0)
     return scale, correlations

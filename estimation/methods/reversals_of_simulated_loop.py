@@ -24,6 +24,10 @@ def filtered_record(
 ) -> FilteredRecord:
     """Return a filtered record, with the reversals of the simulated loop if it follows the record.
 
+    The loop is simulated with least squares. The reversals matter only where samples near them are
+    left out. Without a reference, or where the loop cannot be simulated or does not follow the
+    record, the reversals are those of the record.
+
     `fastest` is the largest speed of all records that are used together, see `FilteredRecord`.
 
     Raises
@@ -70,11 +74,12 @@ def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
             return None
         ticks = law_ticks(axis, record, span)
         control = control_at_ticks(axis, ticks, start_of_law(axis, record, span, ticks))
-        # Each control is held until the next evaluation, the last one beyond the last sample.
+        # Each control is held until the next evaluation, the last one beyond the last sample. Times
+        # are in samples of the log; the mean is the difference of the integral of the control.
         edges = np.append(clocks.times, clocks.times[-1] + clocks.law_period / clocks.log_period)
-        until = np.concatenate([[0.0], np.cumsum(control * np.diff(edges))])
-        mean = np.diff(np.interp(np.arange(clocks.samples + 1), edges, until))
-        mean[-1] = control[ticks.held[-1]]  # it is held beyond the record
+        integral = np.concatenate([[0.0], np.cumsum(control * np.diff(edges))])
+        mean = np.diff(np.interp(np.arange(clocks.samples + 1), edges, integral))
+        mean[-1] = control[ticks.held[-1]]  # the last control is held beyond the record
         change = mean - control[ticks.held]
         pieces.append(np.where(np.isfinite(change), change, 0.0))
     return np.concatenate(pieces)

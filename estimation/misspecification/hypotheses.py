@@ -38,28 +38,28 @@ class Hypothesis:
         Kind of hypothesis: the name of a term in `TERMS`, or ``held``, ``drift``, ``change``,
         ``late signal``, ``scaled signal`` or ``outlier``.
     columns : callable
-        Returns g columns for each of m places, (m,), in the n rows: (n, m, g).
+        Returns g columns in the n rows for each of m places, from the places (m,): (n, m, g).
     parameter : str
         Parameter, signal or column that the hypothesis is on; empty for a term.
     places : (m,) array
         Grid of places, such as speeds, periods or times; NaN for a hypothesis without a place.
     measured : callable or None
-        Returns the columns of the measured motion, with which the place between those of the grid
-        is found; None where `columns` serve for that.
+        Returns the columns of the measured motion, with which the best place between the places of
+        the grid is found; None if `columns` are used for this search.
     between : callable or None
-        Returns places about a place of the grid, for the refined search of a significant one; None
-        where the grid is not refined.
+        Returns places near a place of the grid, from the grid and this place, for the refined
+        search about a significant place; None if the grid is not refined.
     is_positive : bool
-        Whether the factor of the columns must be positive, as of friction or a mass.
+        True if the factor of the columns must be positive, as for friction or a mass.
     least : float
         Lower limit of the p-value, for places that were chosen by the residuals.
     is_whole : bool
-        Whether the missing force is the column itself, with a factor of 1, so that the place alone
+        True if the missing force is the column itself, with a factor of 1, so that the place alone
         determines its size.
     is_lost : bool
-        Whether the columns are a part of the commanded force that the drive did not give.
+        True if the columns are a part of the commanded force that the drive did not give.
     unit : str
-        Unit of the factor; empty where no size is reported.
+        Unit of the factor; empty if no size is reported.
     """
 
     kind: str
@@ -85,16 +85,17 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     axis, drive = data.axis, data.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
     is_turning = axis.coordinate.unit == "rad"
-    # Terms of the table that apply to this axis, with their columns along the motion.
+    # Terms of the table that apply to this axis, with their columns along the motion. A term may
+    # have fewer columns than there are replicas, as their scores give a covariance.
     most = scores.twins - 1 if scores.twins else len(scores.along.place)
     found = [
         Hypothesis(
             kind=term.kind,
             unit=term.unit.format(force=axis.coordinate.force_unit, unit=axis.coordinate.unit),
-            places=_of_user(term, term.places, scores.along),
+            places=_called(term, term.places, scores.along),
             columns=partial(_columns, term, most, scores.along),
             measured=partial(_columns, term, most, scores.measured),
-            between=None if term.between is None else partial(_of_user, term, term.between),
+            between=None if term.between is None else partial(_called, term, term.between),
             is_positive=term.is_positive,
             is_whole=term.is_lost,
             is_lost=term.is_lost,
@@ -109,16 +110,18 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
             kind="held",
             parameter=q.name,
             unit=str(q.unit),
-            columns=partial(_once, scores.regressor[:, [j]]),
+            columns=partial(_at_single_place, scores.regressor[:, [j]]),
         )
         for j, q in enumerate(data.axis.parameters)
         if j not in scores.free
     ]
-    if held:  # a declared term is reported as its parameter
+    # A term whose columns these parameters span is tested as the parameter.
+    if held:
         declared = scores.with_columns(
             np.hstack([each.columns(each.places)[:, 0] for each in held])
         )
         found = [e for e in found if declared.test(e.columns(e.places)).values.any()]
+    # Parameters that change in time, and faulty recorded signals.
     changing = _changing(scores, commanded=commanded and bool(scores.twins))
     of_signals = _of_signals(scores) if axis.signals else []
     return [each for each in (*found, *held, *changing, *of_signals) if len(each.places)]
@@ -128,26 +131,26 @@ _HUGE = 1e100  # its square is still finite
 _VALUES_AT_ONCE = 2**19  # of candidates' columns at all samples: 4 MB
 
 
-def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
-    """Return the result of a term's function, as an array.
+def _called(term: Term, function: Callable[..., Array], *arguments: Any) -> Array:
+    """Return the result of a term's function for some arguments, as an array.
 
-    The term may be a user's own. If its function fails, the error names the term.
+    The term may be a user's own. If the function fails, the error names the term.
 
     Raises
     ------
     CandidateError
-        The function `make` raised an error.
+        The function raised an error.
     """
     try:
         with np.errstate(all="ignore"):
-            return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
+            return np.atleast_1d(np.asarray(function(*arguments), dtype=float))
     except MemoryError:
         raise
     except Exception as error:
-        said = f"{type(error).__name__}: {error}".rstrip(": ")
+        reason = f"{type(error).__name__}: {error}".rstrip(": ")
         raise CandidateError(
-            f"the candidate {quoted(term.kind)} makes no columns or places ({said}). Correct it, "
-            "or remove it from axisid.candidates.TERMS.",
+            f"the candidate {quoted(term.kind)} cannot return its columns or places ({reason}). "
+            "Correct its functions, or remove the candidate from axisid.candidates.TERMS.",
         ) from error
 
 
@@ -173,7 +176,8 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     # A few places at a time: columns of all samples at every place would take much memory.
     few = max(1, _VALUES_AT_ONCE // len(along.time))
     parts = [places[first : first + few] for first in range(0, len(places), few)] or [places]
-    each, rows = [_of_user(term, term.columns, along, part) for part in parts], len(along.place)
+    each, rows = [_called(term, term.columns, along, part) for part in parts], len(along.place)
+    # The columns of all places, if those of each part have the shape (rows, places of the part, g).
     wanted = [(rows, len(part), *each[0].shape[2:]) for part in parts]
     is_block = [columns.shape for columns in each] == wanted and each[0].ndim == 3
     found = np.concatenate(each, axis=1) if is_block else each[0]
@@ -191,37 +195,39 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
 def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
     """Return hypotheses of a drift and of a step in time, for each parameter and the drive gain.
 
-    `commanded` is True if the force is computed from the control, so that the gain may change.
+    The drive gain is included if `commanded` is True: the force is then computed from the control,
+    and there are replicas.
     """
-    of = {
+    # Column of each parameter by its name and unit; a change of the gain scales the force.
+    columns = {
         (q.name, str(q.unit)): column
         for q, column in zip(scores.data.axis.parameters, scores.regressor.T, strict=True)
     }
     if commanded:
-        of[GAIN, "times"] = scores.along.reduce(scores.along.force)
+        columns[GAIN, "times"] = scores.along.reduce(scores.along.force)
     times = scores.data.times_of_rows
     middle = times[0] + (times[-1] - times[0]) * np.linspace(0.15, 0.85, 15)
-    return [
-        hypothesis
-        for (name, unit), column in of.items()
-        if column.any()  # these rows cannot show a change of a zero column
-        for hypothesis in (
+    hypotheses: list[Hypothesis] = []
+    for (name, unit), column in columns.items():
+        if not column.any():  # these rows cannot show a change of a zero column
+            continue
+        hypotheses += [
             Hypothesis(
                 kind="drift",
                 parameter=name,
                 unit=unit,
-                columns=partial(_once, column[:, None] * drifts(times)),
+                columns=partial(_at_single_place, column[:, None] * drifts(times)),
             ),
             Hypothesis(
                 kind="change",
                 parameter=name,
                 unit=unit,
-                columns=partial(_from, column, times),
+                columns=partial(_steps_at, column, times),
                 places=middle,
-                between=_between,
+                between=_places_between,
             ),
-        )
-    ]
+        ]
+    return hypotheses
 
 
 def drifts(times: Array) -> Array:
@@ -233,109 +239,121 @@ def drifts(times: Array) -> Array:
     return np.column_stack([part, np.sin(2 * np.pi * part), np.cos(2 * np.pi * part)])
 
 
-def _once(columns: Array, _: Array) -> Array:
-    """Return columns, (n, g), as those of a single place, (n, 1, g)."""
+def _at_single_place(columns: Array, _: Array) -> Array:
+    """Return columns, (n, g), as the columns of a hypothesis without places, (n, 1, g)."""
     return columns[:, None]
 
 
-def _from(column: Array, times: Array, places: Array) -> Array:
-    """Return a column, (n,), set to zero before each of m times, `places`: (n, m, 1)."""
+def _steps_at(column: Array, times: Array, places: Array) -> Array:
+    """Return a column, (n,), set to zero before each of m times, (n, m, 1).
+
+    `times`, (n,), are the times of the rows, and `places`, (m,), the times of the steps.
+    """
     return np.where(times[:, None] >= places, column[:, None], 0.0)[:, :, None]
 
 
-def _between(grid: Array, at: float) -> Array:
-    """Return 65 places between the neighbours of a place `at` of a grid."""
+def _places_between(grid: Array, at: float) -> Array:
+    """Return 65 equally spaced places between the two neighbours of the grid's place `at`."""
     place = int(np.argmin(np.abs(grid - at)))
     return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 65)
 
 
 def _of_signals(scores: RecordScores) -> list[Hypothesis]:
     """Return hypotheses of a delay and of a wrong scale, for each recorded signal of the model."""
-    by, record = _by_change(scores, scores.quiet), scores.quiet.record
+    change_by, record = _residual_change(scores, scores.quiet), scores.quiet.record
     longest = min(0.5 / scores.data.period, 0.1 * len(scores.data))  # half a second
     late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), 14)))
-    return [
-        hypothesis
-        for name, values in record.signals.items()
-        if name in {signal.name for signal in scores.data.axis.signals}
-        for hypothesis in (
+    declared = {signal.name for signal in scores.data.axis.signals}
+    hypotheses: list[Hypothesis] = []
+    for name, values in record.signals.items():
+        if name not in declared:
+            continue
+        by_scale = -change_by(name, 1.001 * values)[:, None] / 1e-3
+        hypotheses += [
             Hypothesis(
                 kind="late signal",
                 parameter=name,
-                columns=partial(_of_late, by, record, name),
+                columns=partial(_force_by_delays, change_by, record, name),
                 places=np.concatenate([-late[::-1], late]),
-                between=_between,
+                between=_places_between,
                 is_whole=True,
             ),
             Hypothesis(
                 kind="scaled signal",
                 parameter=name,
-                columns=partial(_once, -by(name, 1.001 * values)[:, None] / 1e-3),
+                columns=partial(_at_single_place, by_scale),
             ),
-        )
-    ]
+        ]
+    return hypotheses
 
 
-def _of_late(by: Callable[[str, Array], Array], record: Record, name: str, delays: Array) -> Array:
-    """Return the missing force in the rows, (n, m, 1), if a recorded signal is late.
+def _force_by_delays(
+    change_by: Callable[[str, Array], Array], record: Record, name: str, delays: Array
+) -> Array:
+    """Return the missing force in the rows if a recorded signal is late, (n, m, 1).
 
     Parameters
     ----------
-    by : callable
-        Returns the change of the residual, (n,), by other values of a column, see `_by_change`.
+    change_by : callable
+        Returns the change of the residual, (n,), by other values of a column, see
+        `_residual_change`.
     record : Record
     name : str
         Name of the signal.
     delays : (m,) array
         Delays of the signal, samples.
     """
+    # The signal with each delay removed, within each stretch between gaps.
     moved = np.repeat(record.channels()[name][None], len(delays), axis=0)
     for first, last in record.spans:
         at = np.arange(first, last, dtype=float)
         for own, late in zip(moved, delays, strict=True):  # a late signal is moved earlier
             own[first:last] = np.interp(at + late, at, own[first:last])
-    return -np.stack([by(name, own) for own in moved], axis=1)[:, :, None]
+    return -np.stack([change_by(name, own) for own in moved], axis=1)[:, :, None]
 
 
-def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Array], Array]:
-    """Return a function for the change of the residual, (n,), by other values of a column.
+def _residual_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Array], Array]:
+    """Return a function that returns the change of the residual, (n,), by a changed column.
 
     The arguments of that function are the name of the column and its other values, (N,). `data` is
     the record whose column is changed.
     """
 
-    def left(**changed: Array) -> Array:
+    def residuals_with(**changed: Array) -> Array:
         """Return the residual of the model, (n,), with some columns of the record changed."""
         record = data.record.with_channels({**data.record.channels(), **changed})
         rows = scores.form.equations(replace(data, record=record).signals).reduced(scores.data)
         return rows.residuals(scores.physical)
 
-    whole = left()
-    return lambda role, values: left(**{role: values}) - whole
+    unchanged = residuals_with()
+    return lambda role, values: residuals_with(**{role: values}) - unchanged
 
 
 def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     """Return the hypothesis of an outlier in each measured column, near the largest residual.
 
-    The column is the effect of a unit pulse in one sample. Its places are samples about the row
-    with the largest residual. Empty without replicas, because a HAC variance contains the outliers
+    The column of a hypothesis is the effect of a unit pulse in one sample. Its places are samples
+    about the row with the largest residual. Their p-values are not below the probability of such a
+    residual by noise. Empty without replicas, because a HAC variance contains the outliers
     themselves.
     """
     if not scores.twins:
         return []
     data, residuals = scores.data, np.abs(scores.net_residuals)
-    worst, (largest, *of_twins) = int(np.argmax(residuals[:, 0])), residuals.max(axis=0)
-    # Probability of such a residual by noise: Gumbel's distribution of the replicas' largest.
+    worst = int(np.argmax(residuals[:, 0]))
+    largest, *of_twins = residuals.max(axis=0)
+    # Probability of such a residual by noise, by Gumbel's distribution of a largest value: it is
+    # fitted to the largest residuals of the replicas.
     spread = np.std(of_twins, ddof=1) * math.sqrt(6 * (1 + 1 / len(of_twins))) / math.pi
     beyond = (largest - np.mean(of_twins)) / spread + np.euler_gamma if spread else np.inf
     width = data.prefilter.decimate
     near = data.sampling.rows[worst] + np.round(np.linspace(-width, width, 5 if width > 1 else 3))
-    by, columns = _by_change(scores, data), data.record.channels()
+    change_by, columns = _residual_change(scores, data), data.record.channels()
     return [
         Hypothesis(
             kind="outlier",
             parameter=role,
-            columns=partial(_pulses, by, columns[role], role),
+            columns=partial(_pulses, change_by, columns[role], role),
             places=np.unique(np.clip(near, 0, len(data.record) - 1)),
             least=-math.expm1(-math.exp(-beyond)),
             between=_every_sample,
@@ -351,13 +369,16 @@ def _every_sample(grid: Array, at: float) -> Array:
     return np.asarray(np.clip(np.arange(at - step, at + step + 1), grid[0], grid[-1]))
 
 
-def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples: Array) -> Array:
+def _pulses(
+    change_by: Callable[[str, Array], Array], values: Array, role: str, samples: Array
+) -> Array:
     """Return the change of the residual by a unit pulse in one sample of a column, (n, m, 1).
 
     Parameters
     ----------
-    by : callable
-        Returns the change of the residual, (n,), by other values of a column, see `_by_change`.
+    change_by : callable
+        Returns the change of the residual, (n,), by other values of a column, see
+        `_residual_change`.
     values : (N,) array
         Recorded values of the column.
     role : str
@@ -367,4 +388,5 @@ def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples
     """
     pulse = 1e-4 * (float(np.std(values)) or 1.0)  # too small to change a sign of the velocity
     alone = (pulse * (np.arange(len(values)) == sample) for sample in samples)
-    return np.stack([by(role, values + each) / pulse for each in alone], axis=1)[:, :, None]
+    changes = [change_by(role, values + each) / pulse for each in alone]
+    return np.stack(changes, axis=1)[:, :, None]

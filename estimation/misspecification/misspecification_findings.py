@@ -1,7 +1,7 @@
-"""Findings of the search for a misspecification: numbers, names, units and the advised numbers.
+"""Findings of the search for a misspecification: numbers, names, units and the advised settings.
 
-A `Misspecification` has what the search found. Its finding adds what a sentence needs of the axis
-and of the record: units, the sample period, the advised setting of the drive or of the log.
+A `Misspecification` is the result of the search. Its finding adds those data of the axis and of the
+record that a sentence needs: units, times, and the advised setting of the drive or of the log.
 """
 
 import math
@@ -48,7 +48,8 @@ class CandidateTerm:
     kind : str
         Name of the term in `TERMS`.
     at : float or None
-        Speed, period, frequency or force, in the unit of its kind; None for none.
+        Place of the term: speed, period, frequency or force, in the unit of its kind; None for a
+        term without a place.
     cutoff : float or None
         For an antiresonance: the highest frequency at which a rigid model is valid, Hz; None for
         other terms.
@@ -59,9 +60,10 @@ class CandidateTerm:
         For saturation: the limit of the drive to declare, in the drive's unit; None for other
         terms.
     is_declared : bool
-        Whether the axis already has a Stribeck element, with another fixed velocity or exponent.
+        True for a Stribeck term if the axis already has a Stribeck element, with another fixed
+        velocity or exponent.
     what, declare : str
-        Texts of a term of the user's own, see `Term`; empty for a built-in term.
+        Texts of a user's own term, see `Term`; empty for a built-in term.
     """
 
     kind: str
@@ -82,11 +84,11 @@ class MissingTerm(Finding):
     ----------
     term : CandidateTerm
     size : float
-        Factor of its column, or norm of the factors; in `unit`.
+        Factor of the term's column, or norm of the factors of several columns; in `unit`.
     standard_error : float
         Standard error of the size.
     unit : str
-        Unit of the size; empty for a term whose size has no meaning of its own.
+        Unit of the size; empty for a term whose size is not reported.
     share : ShareOfForce
     coordinate, coordinate_unit, force_unit, drive_unit : str
         Name of the coordinate, and units of the axis.
@@ -113,22 +115,23 @@ class ChangedParameter(Finding):
     Attributes
     ----------
     parameter : str
-        Its name; `GAIN` for the gain of the drive.
+        Name of the parameter; `GAIN` for the gain of the drive.
     is_gain : bool
-        Whether it is the gain of the drive, which changes by a factor.
+        True for the gain of the drive, which changes by a factor.
     change : {"held", "drift", "step"}
-        A wrong given value; a slow change over the record; or a change at one time.
+        ``held`` for a wrong given value, ``drift`` for a slow change over the record, ``step`` for
+        a change at one time.
     size : float
         Change, in `unit`; for a given value the estimated value minus the given value.
     standard_error : float
         Standard error of the size.
     unit : str
     percent : float or None
-        Change in percent of the value before; None for a given value.
+        Change in percent of the value before the change; None for a given value.
     share : ShareOfForce
         Part of the force that the change explains.
     seconds : float or None
-        Time of a step after the first row; None for none.
+        Time of a step after the first row, s; None for other changes.
     """
 
     parameter: str
@@ -144,7 +147,7 @@ class ChangedParameter(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateSignal(Finding):
-    """A recorded signal that is late or early relative to the force that it makes.
+    """A recorded signal that is late or early relative to its force.
 
     Attributes
     ----------
@@ -158,7 +161,7 @@ class LateSignal(Finding):
     share : ShareOfForce
         Part of the force that the delay explains.
     at_the_end : bool
-        Whether the delay is the end of the range that was searched, and so is not known.
+        True if the delay is at the end of the searched range; the true delay is then not known.
     shift : AdvisedShift or None
         Shift of the column that corrects the delay; None at the end of the range.
     """
@@ -186,9 +189,9 @@ class ScaledSignal(Finding):
     share : ShareOfForce
         Part of the force that the factor explains.
     column : str or None
-        Name of the signal's column in the log; None if the record does not have that name.
+        Name of the signal's column in the log; None if the record does not have the name.
     likely_unit : str or None
-        Usual unit of the signal that explains the factor; None where no unit does.
+        Usual unit of the signal that explains the factor; None if no unit explains it.
     """
 
     signal: str
@@ -238,7 +241,7 @@ def misspecification_finding(
     lack : Misspecification
     axis : GeneratedAxis
     record : Record
-        Record in which it was found; not used for a missing term.
+        Record with the misspecification; not used for a missing term.
     """
     if lack.is_term:
         return _missing_term(lack, axis)
@@ -287,7 +290,7 @@ def _candidate(
         Place of the term: speed, period, frequency or force; NaN for none.
     axis : GeneratedAxis
     size : float or None
-        Factor of the term's column, which is the force of a dead band; None where it is not known.
+        Factor of the term's column, which is the force of a dead band; None if it is not known.
     """
     drive, term = axis.drive, TERMS[kind]
     what, declare = term.what, term.declare

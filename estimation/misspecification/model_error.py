@@ -66,7 +66,7 @@ def repeated_part(reference: Array) -> tuple[int, int, float] | None:
     -------
     (int, int, float) or None
         First sample, the sample after the last repeat, and the period in samples, accurate to one
-        sample over all repeats and not necessarily an integer. None where no part with half of the
+        sample over all repeats and not necessarily an integer. None if no part with half of the
         travel repeats.
     """
     from scipy.signal import correlate, find_peaks
@@ -80,8 +80,9 @@ def repeated_part(reference: Array) -> tuple[int, int, float] | None:
     least = _MIN_CORRELATION * float(directions @ directions)
     most_apart = 2 * float(np.sqrt(np.mean(steps**2)))  # a period may be a fraction of samples
     start, stop, period, longest = 0, 0, 0.0, 0
+    # For each period, `late`, the longest stretch in which the reference recurs.
     for late in map(int, find_peaks(correlation, prominence=least)[0] + 1):
-        if len(reference) - late <= longest:  # multiples of a period
+        if len(reference) - late <= longest:  # neither this nor a later peak has a longer stretch
             break
         for first, last in runs(np.abs(reference[late:] - reference[:-late]) <= most_apart):
             if (
@@ -90,7 +91,7 @@ def repeated_part(reference: Array) -> tuple[int, int, float] | None:
             ):
                 start, stop, period, longest = first, last + late, float(late), last - first
     times = 2
-    while times * period < longest:  # more periods give a more accurate one
+    while times * period < longest:  # several periods together give a more accurate period
         near = round(times * period) - 1 + np.arange(-2, 3)
         period = float(near[np.argmax(correlation[near])] + 1) / times
         times *= 2
@@ -108,7 +109,7 @@ class LackOfFit(Exact):
     times : int
         Largest number of rows at one phase of the reference.
     rows : int
-        Number of rows at phases that repeat.
+        Number of rows at phases with more than one row.
     share : float
         Share of the power of the residual that repeats: ``sum_g ((sum_i e_gi)^2 - sum_i e_gi^2) /
         (n_g - 1) / sum e^2`` over the phases g with n_g repeats.
@@ -179,14 +180,14 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     Parameters
     ----------
     estimate : Estimate
-        Its net residuals are split, see `Estimate.net_residuals`.
+        Estimate whose net residuals are split, see `Estimate.net_residuals`.
     data : FilteredRecord
-        Its filtered record.
+        Filtered record of the estimate.
 
     Returns
     -------
     LackOfFit or None
-        None where there is no reference, or too little of it repeats.
+        None if there is no reference, or if too little of the reference repeats.
     """
     reference = data.record.reference
     repeated = None if reference is None else repeated_part(reference)
@@ -194,7 +195,8 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
         return None
     (start, stop, period), step = repeated, data.prefilter.decimate
     samples = estimate.rows.astype(np.int64)
-    # Number of the phase of each row; one in `step` samples is a row. Rows whose phase repeats.
+    # Number of the phase of each row, as one in `step` samples is a row; then the rows whose phase
+    # has more than one row.
     phases = ((samples - start) % period // step).astype(np.int64)
     inside = (start <= samples) & (samples < stop)
     again = inside & (np.bincount(phases[inside], minlength=int(period) + 1)[phases] > 1)
@@ -286,14 +288,14 @@ def jackknife_intervals(
     ways : mapping of str to (n,) array of int
         Group label of every row by grouping, as from `groupings`.
     noisy : bool
-        Whether the scatter of the groups may be noise, so that an interval must be significantly
-        wider than noise explains to count as exceeding. False where repeats of the reference show
-        that the residual is mostly model error.
+        True if the scatter of the groups may be noise, so that an interval must be significantly
+        wider than noise explains to count as exceeding. False if repeats of the reference show that
+        the residual is mostly model error.
 
     Returns
     -------
     dict of str to JackknifeInterval
-        Empty where no grouping has a jackknife for all parameters.
+        Empty if no grouping has a jackknife for all parameters.
     """
     by_grouping = []
     for by, labels in ways.items():
@@ -309,14 +311,15 @@ def jackknife_intervals(
 def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray[np.intp]]:
     """Return the group label of every row, (n,), for two groupings: speed and parts of the travel.
 
-    A level of speed has the moves with about the same peak speed; there are three equal parts of
-    the travel. `rows` has the sample number of each row, (n,).
+    A level of speed has the moves with about the same peak speed. The parts of the travel are three
+    equal thirds. `rows`, (n,), are the sample numbers of the rows.
     """
     from scipy.ndimage import maximum
 
     position, velocity, _ = data.motion
     place, speed = position[rows], np.abs(velocity) / np.abs(velocity).max()
-    # A move begins where the axis starts or reverses; moves of one level have about one peak speed.
+    # A move begins where the axis starts or reverses. Moves of one level have about the same peak
+    # speed: the next level begins at a gap between the logarithms of the peak speeds.
     direction = np.where(speed > _MIN_MOVE_SPEED, np.sign(velocity), 0.0)
     moves = np.cumsum((direction != 0) & (np.diff(direction, prepend=0.0) != 0))
     peaks, of = np.unique(maximum(speed, moves, moves[rows]), return_inverse=True)
@@ -356,21 +359,22 @@ class _GroupJackknife:
 def _delete_group_jackknife(estimate: Estimate, labels: NDArray[np.intp]) -> _GroupJackknife | None:
     """Return the delete-one-group jackknife of the physical parameters (CR3).
 
-    `labels` has the group of every row, (n,).
-
-    The estimate without group g is ``theta_(g) = (Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``; of G groups
+    `labels`, (n,), are the groups of the rows. The estimate without group g is
+    ``theta_(g) = (Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``. The variance by G groups is
 
         ``V = (G - 1)/G sum_g (theta_(g) - theta)^2``  [MacKinnon2023]_.
 
     Returns
     -------
     _GroupJackknife or None
-        None where there are fewer than 3 groups, or where a group deleted makes a variance more
-        than 20 times as large.
+        None if there are fewer than 3 groups, or if the variance of a parameter without a group is
+        more than 20 times that with all rows.
     """
     names, groups = np.unique(labels, return_inverse=True)
-    if (count := len(names)) < _MIN_GROUPS:
+    count = len(names)
+    if count < _MIN_GROUPS:
         return None
+    # Products of instruments and columns, and sums of the scores, of each group; scaled columns.
     scale = np.linalg.norm(estimate.X, axis=0)
     size = np.linalg.norm(estimate.slope_columns, axis=0)
     X, Z, mapping = estimate.X / scale, estimate.slope_columns / size, estimate.jacobian / scale
@@ -378,6 +382,7 @@ def _delete_group_jackknife(estimate: Estimate, labels: NDArray[np.intp]) -> _Gr
     members = [groups == g for g in range(count)]
     products = np.array([Z[rows].T @ X[rows] for rows in members])
     sums = np.array([scores[rows].sum(axis=0) for rows in members])
+    # Map of the sums of scores to the parameters: without each group, and with all rows.
     try:
         without = mapping @ np.linalg.inv(products.sum(axis=0) - products)
         every = mapping @ np.linalg.inv(products.sum(axis=0))
@@ -397,7 +402,7 @@ def _delete_group_jackknife(estimate: Estimate, labels: NDArray[np.intp]) -> _Gr
 
 
 def _exceeds_noise(estimate: Estimate, jackknife: _GroupJackknife, dof: Array) -> BoolArray:
-    """Return True for each parameter, (p,), whose groups scatter significantly more than by noise.
+    """Return True for each parameter whose groups scatter significantly more than by noise, (p,).
 
     The jackknife variance is compared with that expected from noise by an F test. The leverage
     ``h_g`` of a group is its inflation minus 1. Noise of the variance ``v = max(v_HAC, v_White)``
@@ -432,7 +437,7 @@ def _intervals_of_grouping(
 ) -> list[JackknifeInterval]:
     """Return the jackknife interval of each of p parameters for one grouping of the rows.
 
-    Empty where the grouping has no jackknife, see `_delete_group_jackknife`.
+    Empty if the grouping has no jackknife, see `_delete_group_jackknife`.
 
     Parameters
     ----------
@@ -442,12 +447,13 @@ def _intervals_of_grouping(
     by : str
         Name of the grouping.
     noisy : bool
-        Whether the scatter of the groups may be noise. An interval then only exceeds that for noise
-        if it is also significant by `_exceeds_noise`.
+        True if the scatter of the groups may be noise. An interval then exceeds the interval for
+        noise only if it is also significant by `_exceeds_noise`.
     """
     jackknife = _delete_group_jackknife(estimate, labels)
     if jackknife is None:
         return []
+    # Half widths of the jackknife intervals, and of the intervals for noise.
     quantile = (1 + INTERVAL_LEVEL.value) / 2
     reach = stdtrit(jackknife.groups - 1, quantile) * jackknife.deviations
     variances, dof = np.diag(estimate.covariance), estimate.freedom[estimate.chosen]

@@ -52,7 +52,7 @@ class ColumnTests:
     covariances : (m, g, g) array
         Covariance of the factors.
     powers : (m,) array
-        Mean square of the residuals that each block explains.
+        Mean square of the residuals that each block explains with the fitted factors.
     """
 
     p_values: Array
@@ -62,9 +62,9 @@ class ColumnTests:
 
     @property
     def whole_powers(self) -> Array:
-        """Mean square of the residuals that a column explains with a factor of 1, (m,).
+        """Mean square of the residuals that the first column of each block explains, (m,).
 
-        The column is the first of each block.
+        The column has a factor of 1, not the fitted factor.
         """
         first = self.values[:, 0]
         sizes = np.where(first == 0, np.inf, first)
@@ -84,21 +84,22 @@ class RecordScores:
     free : (k,) array of int
         Indices of the free parameters of the axis.
     regressor : (n, p) array
-        Regressor of the loop without noise, by all parameters.
+        Regressor of all parameters along the loop without noise.
     residuals : (n, 1 + R) array
         Residuals of the record, then of its replicas.
     force : (n,) array
-        Left side.
+        Left side of the inverse model, minus its intercept.
     form : InverseForm
         Inverse model, at the estimate.
     physical : (p,) array
         Estimate that the replicas are simulated with.
     signals : Signals
-        Motion for the columns, of the simulated loop where there is one.
+        Motion for the columns: that of the simulated loop, or the measured motion without a loop.
     along, measured : Along
-        The motion of `signals` with its reduction to rows, and the measured motion with the same.
+        The motion of `signals`, and the measured motion, each with the reduction to the rows.
     data, quiet : FilteredRecord
-        The record, and the record with the motion of its simulated loop where there is one.
+        The record, and the record with the motion of its simulated loop; the record itself without
+        a loop.
     """
 
     basis: Array
@@ -140,10 +141,13 @@ class RecordScores:
         return net_residuals
 
     def with_columns(self, columns: Array) -> "RecordScores":
-        """Return the residuals and columns of a model with g further columns, (n, g)."""
+        """Return the residuals and columns of a model with g further columns, (n, g).
+
+        Columns that the model spans, or that are zero, do not extend the basis.
+        """
         own = columns - self.basis @ (self.basis.T @ columns)
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
-        shown = sizes > least  # without columns that the model spans or that are zero
+        shown = sizes > least
         return replace(
             self,
             basis=np.hstack([self.basis, np.linalg.qr(own[:, shown] / sizes[shown])[0]]),
@@ -151,9 +155,9 @@ class RecordScores:
         )
 
     def nearest(self, instruments: Array, columns: Array) -> int:
-        """Return the index of the place whose columns fit the residuals best.
+        """Return the index of the place whose measured columns fit the residuals best.
 
-        They are fitted by two-stage least squares, because the measured motion has noise.
+        The columns are fitted by two-stage least squares, because the measured motion has noise.
 
         Parameters
         ----------
@@ -163,7 +167,7 @@ class RecordScores:
             Columns of the measured motion, at the same places.
         """
         span = instruments.reshape(len(instruments), -1)
-        # Instruments of neighbouring places differ by less.
+        # Instruments of neighbouring places differ by less than the tolerance, and count once.
         u = orth(span - self.basis @ (self.basis.T @ span), 1e-3)
         left, taken = u.T @ self.net_residuals[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
@@ -176,21 +180,24 @@ class RecordScores:
 
         `columns` are (n, g), and `values`, (g,), are their factors.
         """
-        by = self.basis.T @ (columns @ values)
-        moved = np.linalg.lstsq(self.basis.T @ self.columns, by, rcond=_RANK)[0]
+        projected = self.basis.T @ (columns @ values)
+        moved = np.linalg.lstsq(self.basis.T @ self.columns, projected, rcond=_RANK)[0]
         return -np.asarray(moved[: len(self.free)])
 
     def test(self, columns: Array) -> ColumnTests:
-        """Return the tests of columns, (n, m, g), each block of g columns alone in the model.
+        """Return the tests of m blocks of columns, (n, m, g), each block alone added to the model.
 
         The scores of each block are computed, with the parts of the columns that the model does not
-        span. Factors follow from the scores of the record minus the mean of the replicas. The test
-        is by the scatter of the replicas, or by HAC without replicas.
+        span. The factors follow from the scores of the record minus the mean of the replicas. The
+        test is by the scatter of the replicas, or by HAC without replicas.
         """
         (n, m, g), flat = columns.shape, columns.reshape(len(columns), -1)
+        # Products of the columns of each block: whole, and of the parts that the model does not
+        # span (`own`); and the scores of these parts.
         of_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
         whole, within = of_place.transpose(0, 2, 1) @ of_place, flat.T @ self.basis
-        own = whole - (by_place := within.reshape(m, g, -1)) @ by_place.transpose(0, 2, 1)
+        by_place = within.reshape(m, g, -1)
+        own = whole - by_place @ by_place.transpose(0, 2, 1)
         scores = (flat.T @ self.residuals - within @ (self.basis.T @ self.residuals)).reshape(
             m, g, -1
         )
@@ -199,18 +206,18 @@ class RecordScores:
         is_there = np.all(sizes > 0, axis=1)
         sizes = np.where(is_there[:, None], sizes, 1.0)
         correlations = own / sizes[:, :, None] / sizes[:, None, :]
-        # A twentieth of a column must be independent: with less its standard error is 20 times as
-        # large.
+        # A twentieth of a column must be independent: with less, the standard error of its factor
+        # is more than 20 times as large.
         is_own = is_there & (np.linalg.eigvalsh(correlations)[:, 0] > 0.05**2)
         own = np.where(is_own[:, None, None], own, np.eye(g))
+        # Factors of the columns, and the power of the residuals that they explain.
         away = scores[:, :, 0] - (scores[:, :, 1:].mean(axis=2) if self.twins else 0.0)
         values = np.asarray(np.linalg.solve(own, away[:, :, None])[:, :, 0], dtype=float)
         powers = np.where(is_own, np.einsum("mg,mg->m", away, values) / n, 0.0)
-        p_values, spread = (
-            self._by_replicas(away, scores[:, :, 1:], is_own)
-            if self.twins
-            else self._by_hac(columns, values, own, powers)
-        )
+        if self.twins:
+            p_values, spread = self._by_replicas(away, scores[:, :, 1:], is_own)
+        else:
+            p_values, spread = self._by_hac(columns, values, own, powers)
         inverse = np.linalg.inv(own)
         return ColumnTests(
             p_values=np.where(is_own, p_values, 1.0),
@@ -269,6 +276,7 @@ class RecordScores:
         if not powers[place] > 0:
             return p_values, spread
         block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
+        # Wald's test has the residuals with the block in the model, the score test those without.
         residuals, away, chances = self.net_residuals[:, 0], own[place] @ values[place], []
         for left in (residuals - block @ values[place], residuals):
             run = Hac().long_run(block * left[:, None], self.data.sampling.neighbours)
@@ -294,7 +302,7 @@ def scores_of(
     A loop without noise is simulated with the estimate, and gives the instruments. The replicas
     have the noise of the record. The record and each replica are solved by instrumental variables,
     and the residual of the loop without noise, which is due to the filter, is subtracted. Missing
-    where no loop can be simulated, or the record is too short.
+    if the loop would follow the noise of the position, or if the record is too short.
 
     Parameters
     ----------
@@ -302,11 +310,11 @@ def scores_of(
     physical : (p,) array
         Parameters of the record's axis, minus their bias.
     chain : Chain or None
-        Noise of the record, for the replicas; None where it could not be measured.
+        Noise of the record, for the replicas; None if the noise could not be measured.
     free : sequence of int
         Indices of the estimated parameters; the others have given values.
     by_loop : bool
-        Whether the simulated loop gives the instruments even without a chain, and thus without
+        True if the simulated loop gives the instruments even without a chain, and thus without
         replicas.
     """
     if loop_carries_noise(data):
@@ -315,7 +323,8 @@ def scores_of(
             "the record, so the simulated loop would follow the noise of the position. Record the "
             "reference"
         )
-    form, quiet, moved = InverseForm(data.axis).at(physical), data, None
+    # The loop without noise, its motion, and the replicas.
+    form, quiet, loop_motion = InverseForm(data.axis).at(physical), data, None
     twins: Iterable[FilteredRecord] = ()
     if chain is not None or by_loop:
         loops = recorded_loops(data, physical)
@@ -325,7 +334,7 @@ def scores_of(
         if len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
             data = moving
         twins = () if chain is None else twins_of(data, physical, chain, DEFAULT_TWIN_COUNT)
-        moved = Signals(
+        loop_motion = Signals(
             position=quiet.record.position,
             velocity=np.concatenate([loop.velocity for loop in loops]),
             acceleration=np.concatenate([loop.acceleration for loop in loops]),
@@ -337,8 +346,8 @@ def scores_of(
     k, n = len(free), len(data.sampling.rows)
     if n < _FEWEST_ROWS * (k + 1):
         return Missing(
-            f"the record has {n} rows in motion, and the search for missing terms needs "
-            f"{_FEWEST_ROWS * (k + 1)}. Record a longer motion"
+            f"the record has {n} rows in motion, but the search for missing terms needs at least "
+            f"{_FEWEST_ROWS * (k + 1)} rows. Record a longer motion"
         )
     # Rows of the measured motion, and of the loop without noise, which gives the instruments.
     rows = form.equations(data.signals).reduced(data)
@@ -347,7 +356,7 @@ def scores_of(
     sizes = np.linalg.norm(instruments, axis=0)
     basis = orth(instruments[:, sizes > 0] / sizes[sizes > 0], _RANK)
     # Residual of the simulated loop by the filter.
-    by_filter = 0.0 if moved is None else _residuals(clean, physical, free, basis)
+    by_filter = 0.0 if loop_motion is None else _residuals(clean, physical, free, basis)
     of_twins = [
         _residuals(form.equations(each.signals).reduced(data), physical, free, basis) - by_filter
         for each in twins
@@ -363,22 +372,22 @@ def scores_of(
         force=rows.left - rows.intercept,
         form=form,
         physical=physical,
-        signals=moved or data.signals,
+        signals=loop_motion or data.signals,
         measured=_along(data.signals, data),
-        along=_along(moved or data.signals, data),
+        along=_along(loop_motion or data.signals, data),
         data=data,
         quiet=quiet,
     )
 
 
 def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Array) -> Array:
-    """Return instrumental-variable residuals, (n,), with given values of the fixed parameters.
+    """Return the residuals, (n,), of the free parameters' instrumental-variable estimate.
 
     Parameters
     ----------
     rows : Equations
     physical : (p,) array
-        Parameters; those not in `free` keep these values.
+        Parameters of the axis; parameters that are not in `free` keep these values.
     free : sequence of int
         Indices of the parameters that are estimated.
     basis : (n, r) array
@@ -391,13 +400,17 @@ def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Arr
 
 
 def _along(s: Signals, data: FilteredRecord) -> Along:
-    """Return the motion of some signals, with the reduction to the rows of a record."""
+    """Return the motion of signals `s`, with the reduction to the rows of the record `data`.
+
+    Time and position are relative to their means over the rows.
+    """
     sampling = data.sampling
     rows = sampling.rows.astype(np.int64)
     time = data.period * np.arange(len(s.position), dtype=float)
+    middle = float(s.position[rows].mean())
     return Along(
         time=time - time[rows].mean(),
-        position=s.position - (middle := float(s.position[rows].mean())),
+        position=s.position - middle,
         middle=middle,
         velocity=s.velocity,
         acceleration=s.acceleration,
@@ -414,9 +427,10 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
 def scores_at(
     data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
 ) -> RecordScores | Missing:
-    """Return residuals of a record and of its replicas at the reported estimate.
+    """Return the residuals of a record and of its replicas at the reported estimate, `preferred`.
 
-    Missing if they are unavailable. Arguments as in `scores_of`.
+    `data` and `by_loop` are those of `scores_of`, and so is Missing. The replicas have the first
+    noise of the estimate; the parameters are then minus their bias.
     """
     chain = next(iter(preferred.inference.chains), None)
     at = preferred.physical if chain is None else preferred.corrected

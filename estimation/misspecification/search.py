@@ -1,15 +1,14 @@
 """Search for misspecifications: test of each hypothesis with simulated replicas.
 
-All hypotheses are tested together at a level by Holm's rule. A reported one must also be relevant:
-it makes more than 1 % of the force, or moves a parameter by more than half the width of its
-interval. Of the significant hypotheses, the one with the largest part of the force is reported and
-added to the model. The others are then tested again.
+All hypotheses are tested together at a level by Holm's rule. A reported hypothesis must also be
+relevant: it makes more than 1 % of the force, or changes a parameter by more than half the width of
+its interval. Of the significant and relevant hypotheses, the one with the largest part of the force
+is reported and added to the model. The others are then tested again.
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from itertools import takewhile
 
 import numpy as np
 
@@ -23,14 +22,16 @@ from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
 from .scores import ColumnTests, RecordScores
 from .terms import TERMS
 
-# residuals minus those of the filter, relative to the left side, up to which they count as
-# rounding: measured, at most 4e-7 without noise, 5e-3 and more for wrong models
+# Part of the force up to which residuals, minus those of the filter, count as rounding. Measured:
+# at most 4e-7 without noise, 5e-3 and more for wrong models.
 _NEGLIGIBLE_RESIDUAL = 1e-4
-# of a column's norm; two columns that differ by less are the same, as the filter rounds reversals
+# Share of a column's norm: two columns that differ by less are the same, as the filter rounds
+# reversals.
 _SAME_COLUMN = 0.05
-# of the force, above which a change of a parameter by another term counts
+# Part of the force above which a change of a parameter by another term is reported.
 _LARGE_PART = 0.1
-# of the share of the term that explains most, from which another one may be the cause as well
+# Share of the force relative to that of the term that explains most, from which another term may be
+# the cause as well.
 _NEARLY = 0.9
 #: Checks that report hypotheses that are not terms, by kind.
 _CHECKS = {
@@ -53,35 +54,35 @@ class Misspecification:
         Parameter that changes in time or has a wrong given value, or the faulty signal or column;
         empty for a missing term.
     values : tuple of float
-        Factors of the columns of a missing term; the change of a parameter; the delay of a signal
-        in samples, its scale, or the size of an outlier.
+        Factors of the columns of a missing term; the change of a parameter; the delay in samples or
+        the scale of a signal; or the size of an outlier.
     deviation : float
         Standard error of `size`, by simulated replicas.
     before : float
-        For a parameter that changes: its value before, or at the start; 0 for a term.
+        Value of a changing parameter before its step, or at the start of its drift; 0 for a term.
     at : float
-        Speed, period, frequency, time of the change in s since the first row, delay in samples, or
-        sample of an outlier; NaN for none.
+        Place of the hypothesis: speed, period, frequency, time of the change in s since the first
+        row, delay in samples, or sample of an outlier; NaN for a hypothesis without a place.
     share : float
         Part of the force that the misspecification makes, root mean square, relative to the force.
     own_share : float
-        The part that the parameters do not explain, which is compared with the threshold.
+        The part of it that the parameters do not explain, which is compared with the threshold.
     p_value : float
         P-value over all values of `at` that were tried.
     unit : str
-        Unit of `size`; empty where no size is reported.
+        Unit of `size`; empty if no size is reported.
     parameters : mapping of str to tuple of float
         Values of the free parameters with this and all misspecifications found before in the model.
         A parameter that then differs between directions has two values, forward and backward.
     moved : str
-        The parameter that changes most, relative to its value, with the misspecification in the
-        model. Only parameters count that change by more than half the width of their interval,
-        with a large part of the force, or that change themselves in the record with more than the
-        least share of the force. Empty for none.
+        Name of the parameter that changes most, relative to its value, with the misspecification in
+        the model; empty if no change counts. A change counts if it is more than half the width of
+        the parameter's interval and makes a large part of the force; for a parameter that itself
+        changes in the record, the least share of the force is enough.
     moved_percent : float
         Change of this parameter, percent of its value.
     at_the_end : bool
-        Whether a delay ended at the end of its search range, so that it is not known.
+        True if a delay is at the end of its search range, so that the true delay is not known.
     others : tuple of (str, float)
         Kinds of other terms that explain nearly as much of the force, each with its value of `at`.
     """
@@ -104,19 +105,19 @@ class Misspecification:
 
     @property
     def size(self) -> float:
-        """Factor of the column, in `unit`; the norm of the factors of several columns."""
+        """Reported size, in `unit`: the value, or the norm of several values."""
         return self.values[0] if len(self.values) == 1 else float(np.linalg.norm(self.values))
 
     @property
     def is_term(self) -> bool:
-        """True for a force of the motion, not a change of a parameter or a faulty signal."""
+        """True for a missing force of the motion, not a changed parameter or a faulty signal."""
         return not self.parameter
 
     @property
     def check(self) -> str:
-        """Name of the check that reports it.
+        """Name of the check that reports the misspecification.
 
-        Recorded signals and outliers have checks of their own; all others are ``missing terms``.
+        It is ``recorded signals`` or ``outliers`` for faulty signals, otherwise ``missing terms``.
         """
         return _CHECKS.get(self.kind, "missing terms")
 
@@ -129,7 +130,8 @@ class TestedHypothesis:
     ----------
     hypothesis : Hypothesis
     at : float
-        The best place: the speed, period, time or other number that the columns depend on.
+        The best place: the speed, period, time or other number that the columns depend on; NaN for
+        a hypothesis without a place.
     columns : (n, g) array
         Columns at this place.
     p_value : float
@@ -140,7 +142,7 @@ class TestedHypothesis:
     moved : float
         Largest change of a parameter, relative to the half width of its interval.
     at_the_end : bool
-        Whether the place of a delay is the end of its search range. The delay itself is not known.
+        True if a delay is at the end of its search range, so that the true delay is not known.
     """
 
     hypothesis: Hypothesis
@@ -161,9 +163,9 @@ def find_misspecification(
 ) -> tuple[Misspecification, ...]:
     """Return the misspecifications of a model on a record, the one that explains most first.
 
-    In each round all hypotheses are tested. Of those that are significant by Holm's rule and
-    relevant, the one with the largest part of the force is located between the places of its grid,
-    reported, and added to the model. There are at most three rounds.
+    In each round all hypotheses are tested. Of the hypotheses that are significant by Holm's rule
+    and relevant, the one with the largest part of the force is located between the places of its
+    grid, reported, and added to the model. There are at most three rounds.
 
     Parameters
     ----------
@@ -172,37 +174,35 @@ def find_misspecification(
     half_widths : (p,) array
         Half widths of the intervals of the parameters.
     records : int
-        Number of records that are searched separately, and share the level.
+        Number of records that are searched separately; the level is divided by this number.
     levels : Levels
         Level of all tests together, and least share of the force that is relevant.
     """
-    lasting = hypotheses_of(scores)
+    hypotheses = hypotheses_of(scores)
     # Without replicas the effect of the filter on the parameters is unknown.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
     level, lacks = levels.level / records, list[Misspecification]()
     revised = scores.physical[scores.free]
     while len(lacks) < 3:
-        every = [*lasting, *outliers_of(scores)]
+        every = [*hypotheses, *outliers_of(scores)]
         tests = [_tested(scores, each, half, level / len(every)) for each in every]
-        # The significant and relevant hypothesis with the largest part of the force.
         tests.sort(key=lambda each: each.p_value)
-        holm = zip(tests, level / np.arange(len(tests), 0, -1), strict=True)
-        # It is relevant by its part of the force, or if it moves a parameter and is no rounding.
-        most = max(
-            (
-                each
-                for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm)
-                if each.share > levels.least_share
-                or (each.moved > 1 and each.share > _NEGLIGIBLE_RESIDUAL)
-            ),
-            # A delay at the end of its range may be the effect of another fault. A hypothesis with
-            # a place or a size of its own comes first.
-            key=lambda each: (not each.at_the_end, each.share),
-            default=None,
-        )
+        # The significant hypotheses, by Holm's rule: from the smallest p-value, up to the first one
+        # above its level. Relevant are those that make enough of the force, and those that change a
+        # parameter and are no rounding.
+        relevant: list[TestedHypothesis] = []
+        for each, level_of_each in zip(tests, level / np.arange(len(tests), 0, -1), strict=True):
+            if not each.p_value <= level_of_each:
+                break
+            changes_parameter = each.moved > 1 and each.share > _NEGLIGIBLE_RESIDUAL
+            if each.share > levels.least_share or changes_parameter:
+                relevant.append(each)
+        # The relevant hypothesis with the largest part of the force. A delay at the end of its
+        # range may be the effect of another fault, so that other hypotheses come first.
+        most = max(relevant, key=lambda each: (not each.at_the_end, each.share), default=None)
         if most is None or (lacks and most.share <= levels.least_share):
             break
-        # Its best place, and the parameters with it in the model.
+        # Its best place, the parameters with it in the model, and terms that explain as much.
         found = _located(scores, most)
         factors = scores.test(found.columns[:, None]).values[0]
         revised = revised + scores.moved_by(found.columns, factors)
@@ -226,15 +226,15 @@ def _tested(
 ) -> TestedHypothesis:
     """Return a hypothesis at its best place, with its test.
 
-    The best place is the significant one that explains most of the residual. Where no place is
-    significant, it is the one with the smallest p-value.
+    The best place is the significant place that explains most of the residual. If no place is
+    significant, the best place is that with the smallest p-value.
 
     Parameters
     ----------
     scores : RecordScores
     hypothesis : Hypothesis
     half : (k,) array
-        Half widths of the intervals of the free parameters; infinite where the effect on the
+        Half widths of the intervals of the free parameters; infinite if the effect on the
         parameters is not to be judged.
     sure : float
         P-value up to which a place is significant.
@@ -248,16 +248,17 @@ def _tested(
         one = [int(np.argmax(explained))]
         places, columns, explained = places[one], columns[:, one], explained[one]
         tested = scores.test(columns)
+    # P-values over all places, and 1 for places whose factor has the wrong sign.
     first = tested.values[:, 0]
     p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
     p_values[hypothesis.is_positive & (first <= 0)] = 1.0
     p_values[hypothesis.is_lost & (explained <= 0)] = 1.0
     significant = p_values <= sure
-    best = int(
-        np.argmax(np.where(significant, explained, -np.inf))
-        if significant.any()
-        else np.argmin(p_values)
-    )
+    if significant.any():
+        best = int(np.argmax(np.where(significant, explained, -np.inf)))
+    else:
+        best = int(np.argmin(p_values))
+    # Largest effect on a parameter, relative to its interval.
     moved = np.abs(scores.moved_by(columns[:, best], tested.values[best]))
     far = np.divide(moved, half, out=np.zeros_like(moved), where=half > 0)
     return TestedHypothesis(
@@ -276,13 +277,13 @@ def _explained_power(
 ) -> Array:
     """Return the mean square of the residuals that each of m places explains, (m,).
 
-    For most hypotheses it is that of the columns with fitted factors. Where the place alone
-    determines the missing force, it is that of the column with a factor of 1.
+    For most hypotheses the columns have the fitted factors. If the place alone determines the
+    missing force, the column has a factor of 1.
 
     If a part of the commanded force is lost, the residuals become smaller because the force does.
-    They are therefore taken relative to the remaining force, and a place explains nothing unless it
-    explains most of the residuals: ``e'e - (e'e - w) f'f / (f - c)'(f - c)``, with w the part of
-    the residuals e that the columns c explain, and f the force.
+    The residuals are therefore taken relative to the remaining force, and a place explains nothing
+    unless it explains most of the residuals: ``e'e - (e'e - w) f'f / (f - c)'(f - c)``, with w the
+    part of the residuals e that the columns c explain, and f the force.
     """
     if not hypothesis.is_whole:
         return tested.powers
@@ -298,8 +299,8 @@ def _explained_power(
 def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     """Return a tested hypothesis at its best place between those of the grid.
 
-    It is unchanged where its grid is not refined, or no place between is better than those of terms
-    that were found before.
+    The hypothesis is unchanged if its grid is not refined, or if its columns at the best place are
+    those of a term that was found before or have a factor of the wrong sign.
     """
     hypothesis = found.hypothesis
     if hypothesis.between is None:
@@ -313,7 +314,7 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     else:
         best = scores.nearest(columns, hypothesis.measured(near))
     values = scores.test(columns[:, [best]]).values[0]
-    # A column that was added before is at one of these places, where its part is zero.
+    # The factor is 0 at a place of which the model already has the columns.
     if not values.any() or (hypothesis.is_positive and values[0] <= 0):
         return found
     at = float(near[best])
@@ -347,7 +348,7 @@ def _values_with(
     term = TERMS.get(found.hypothesis.kind)
     if term is None or not term.is_by_direction:
         return values
-    # Its column is half of the parameter's, with the same sign in both directions.
+    # The term's column is half of the parameter's column, with the same sign in both directions.
     halves, column = np.abs(scores.regressor[:, scores.free]) / 2, np.abs(found.columns[:, :1])
     apart = np.linalg.norm(halves - column, axis=0)
     nearest = int(np.argmin(apart))
@@ -358,32 +359,32 @@ def _values_with(
 
 
 def _misspecification_of(
-    scores: RecordScores, name: TestedHypothesis, half_widths: Array, levels: Levels
+    scores: RecordScores, found: TestedHypothesis, half_widths: Array, levels: Levels
 ) -> Misspecification:
     """Return the misspecification of a tested hypothesis, with its size and its effects.
 
     The size is a factor of the columns, a delay, a scale, or the change of a parameter. For a
-    parameter that changes, the value before the change is given too. The estimate lies between the
-    values before and after.
+    parameter that changes, the value before the change is returned too: the estimate lies between
+    the values before and after the change.
 
     Parameters
     ----------
     scores : RecordScores
-    name : TestedHypothesis
+    found : TestedHypothesis
         The hypothesis at its best place.
     half_widths : (p,) array
         Half widths of the intervals of the parameters.
     levels : Levels
     """
     # Size and its covariance, in the quantity that is reported.
-    kind, parameter, columns = name.hypothesis.kind, name.hypothesis.parameter, name.columns
+    kind, parameter, columns = found.hypothesis.kind, found.hypothesis.parameter, found.columns
     tested = scores.test(columns[:, None])
     factors, covariance = tested.values[0], tested.covariances[0]
     values, begun, before = factors, 0.0, 0.0
-    if kind == "late signal":
-        step = name.hypothesis.columns(np.array([name.at - 0.5, name.at + 0.5])) @ factors
+    if kind == "late signal":  # the delay, with the derivative of the force by the delay
+        step = found.hypothesis.columns(np.array([found.at - 0.5, found.at + 0.5])) @ factors
         slope = scores.test((step[:, 1:] - step[:, :1])[:, :, None])
-        values, covariance = np.array([name.at]), slope.covariances[0]
+        values, covariance = np.array([found.at]), slope.covariances[0]
     elif kind == "drift":  # between its lowest and highest value, in the order of time
         shapes = drifts(scores.data.times_of_rows)
         course = shapes @ factors
@@ -413,6 +414,9 @@ def _misspecification_of(
     sizes = np.where(matters & (scores.physical != 0), np.abs(scores.physical), np.inf)
     percents = 100 * np.abs(moved) / sizes
     most = int(np.argmax(percents))
+    unit = found.hypothesis.unit
+    if kind == "outlier":
+        unit = expected_units(parameter, scores.data.axis.axis)[0]
     return Misspecification(
         kind=kind,
         parameter=parameter,
@@ -420,14 +424,12 @@ def _misspecification_of(
         deviation=math.sqrt(max(float(values @ covariance @ values), 0.0))
         / (float(np.linalg.norm(values)) or 1.0),
         before=before,
-        at=name.at,
+        at=found.at,
         share=float(np.linalg.norm(columns @ factors) / (np.linalg.norm(scores.force) or 1.0)),
-        own_share=name.share,
-        p_value=name.p_value,
-        unit=expected_units(parameter, scores.data.axis.axis)[0]
-        if kind == "outlier"
-        else name.hypothesis.unit,
+        own_share=found.share,
+        p_value=found.p_value,
+        unit=unit,
         moved=names[most] if percents[most] else "",
         moved_percent=float(percents[most]),
-        at_the_end=name.at_the_end,
+        at_the_end=found.at_the_end,
     )

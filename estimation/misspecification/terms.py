@@ -1,9 +1,9 @@
 """Table of terms that a model may lack: forces along a motion, with their names.
 
-The same terms are searched in the rows of an inverse model and in the output errors of a fit. Each
-term makes its columns from a motion, over a grid of places where it has one (Stribeck velocities,
-periods, antiresonances). `axisid.presentation.sentences` describes the term, and names the element
-that declares it.
+The same terms are searched for an inverse model and for a fit of outputs. Each term makes its
+columns from a motion. A term that depends on a further number nonlinearly has a grid of places:
+Stribeck velocities, periods, or antiresonances. `axisid.presentation.sentences` describes each
+term, and names the element that declares it.
 """
 
 from collections.abc import Callable, Sequence
@@ -44,8 +44,8 @@ class Along:
     row_period : float
         Time between rows, s.
     middle : float
-        Mean that was subtracted from the positions. A spring needs it, because it rests at another
-        position.
+        Mean that was subtracted from the positions. The force of a spring needs this mean, because
+        the spring rests at another position.
     """
 
     time: Array
@@ -95,35 +95,36 @@ class Term:
     kind : str
         Name of the term in `TERMS`.
     unit : str
-        Unit of its size, in ``{force}`` and the coordinate's ``{unit}``; empty where no size is
+        Unit of the term's size, in ``{force}`` and the coordinate's ``{unit}``; empty if no size is
         reported.
     columns : callable
         Returns columns for a motion and places (m,): (n, m, g), g columns for each place, as
         resisting forces.
     what : str, optional
-        Its name in a sentence, with the place of the grid, ``{at}``, for a term of your own. The
-        built-in terms have their sentences in `axisid.presentation.sentences`.
+        Name of the term in a sentence, with the place of the grid, ``{at}``, for a term of your
+        own. The built-in terms have their sentences in `axisid.presentation.sentences`.
     declare : str, optional
-        The instruction for it, with the coordinate's name, ``{q}``, and the place, for a term of
-        your own.
+        Instruction to declare the term, with the coordinate's name, ``{q}``, and the place,
+        ``{at}``, for a term of your own.
     places : callable, optional
         Returns the grid of places for a motion; a single place by default.
     between : callable, optional
-        Returns places about a place of a coarse grid.
+        Returns places near a place of the grid, from the grid and this place.
     opposite : (str, str), optional
-        `what` and `declare` where its size is negative, for a term of your own.
+        `what` and `declare` for a negative size, for a term of your own.
     is_positive : bool
-        Whether its size must be positive, as of friction, a dead band or a mass.
+        True if the size must be positive, as for friction, a dead band or a mass.
     is_by_direction : bool
-        Whether its size is the forward value of a parameter minus its backward value.
+        True if the size is the forward value of a parameter minus its backward value.
     is_of_force : bool
-        Whether its columns are made from the force or the acceleration. The noise of a measured
+        True if the columns are made from the force or the acceleration. The noise of a measured
         force is also in the residuals, so the term is searched only along simulated loops.
     is_of_command : bool
-        Whether the drive makes it from the command, so that a measured force does not contain it.
+        True if the drive makes the term from the command, so that a measured force does not contain
+        it.
     is_lost : bool
-        Whether its columns are the part of the command that the drive does not give. The force is
-        smaller by this part, and the place alone determines its size.
+        True if the columns are the part of the command that the drive does not give. The force is
+        smaller by this part, and the place alone determines the size of the term.
     """
 
     kind: str
@@ -151,9 +152,9 @@ class Term:
                 text.format(**words)
         except (LookupError, ValueError, AttributeError) as error:
             raise UsageError(
-                f"the texts of the candidate {quoted(self.kind)} cannot be filled in "
-                f"({type(error).__name__}: {error}). Use only {{q}}, {{unit}}, {{drive}}, "
-                "{force} and {at} in its texts, and {force} and {unit} in its unit.",
+                f"the placeholders in the texts of the candidate {quoted(self.kind)} cannot be "
+                f"filled in ({type(error).__name__}: {error}). Use only {{q}}, {{unit}}, "
+                "{drive}, {force} and {at} in its texts, and {force} and {unit} in its unit.",
                 code="candidate",
             ) from error
 
@@ -161,8 +162,8 @@ class Term:
 def wave_periods(s: Along) -> Array:
     """Return the periods of waves over the position that are tested, in the coordinate's unit.
 
-    The longest is the travel: longer waves are slopes and bends. No period is shorter than 1/60 of
-    the travel. The axis passes each, at the median speed of its motion, in at least four rows and
+    The longest period is the travel: longer waves are slopes and bends. No period is shorter than
+    1/60 of the travel. At its median speed, the axis passes each period in at least four rows and
     in at least 1/25 s. Empty for an axis that does not move.
     """
     travel = float(np.ptp(s.place))
@@ -181,7 +182,7 @@ def _periods_near(periods: Array, at: float) -> Array:
 def antiresonances(s: Along) -> Array:
     """Return the antiresonance frequencies that are tested for a load behind a spring, (m,), Hz.
 
-    They are 3 to 120 Hz, as far as the sample period can resolve them.
+    The frequencies are 3 to 120 Hz, as far as the sample period can resolve them.
     """
     last = min(_FASTEST, 1 / (7.0 * s.period))  # seven samples in an oscillation
     many = int(np.log(last / _SLOWEST) / np.log(_APART)) + 1 if last > _SLOWEST else 0
@@ -191,8 +192,8 @@ def antiresonances(s: Along) -> Array:
 def behind_spring(s: Along, frequencies: Array) -> Array:
     """Return the acceleration of a load behind a spring minus that of the axis, (N, m).
 
-    Each of m loads has one of the frequencies, Hz, and follows the axis as a damped second-order
-    low-pass.
+    There is one load for each of m antiresonance frequencies, Hz. It follows the axis as a damped
+    second-order low-pass.
     """
     from scipy.signal import bilinear, lfilter
 
@@ -206,12 +207,18 @@ def behind_spring(s: Along, frequencies: Array) -> Array:
 
 
 def _one(shape: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
-    """Return the function of a term with one column and no place, from its force along a motion."""
+    """Return the function `columns` of a term with one column and no place.
+
+    `shape` returns the force of the term along a motion, (N,).
+    """
     return lambda s, _: s.reduce(shape(s))[:, None, None]
 
 
 def _waves(factor: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
-    """Return the function of a term with waves over the position, times a factor, (N,)."""
+    """Return the function `columns` of a term with waves over the position, times a factor.
+
+    `factor` returns the factor along a motion, (N,).
+    """
     return lambda s, periods: s.waves(factor(s), periods)
 
 
@@ -221,7 +228,7 @@ def _ones(s: Along) -> Array:
 
 
 def _pushes(s: Along) -> Array:
-    """Return the sign of the acceleration, or its last sign where that is small, (N,)."""
+    """Return the sign of the acceleration, (N,); a small acceleration has the last sign."""
     size = np.abs(s.acceleration)
     sign = np.where(size > 0.05 * size.max(), np.sign(s.acceleration), 0.0)
     return np.asarray(sign[np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), 0))])
@@ -239,19 +246,24 @@ def _after(
     times : sequence of float
         Time constants of the decays, s.
     signed : bool
-        Whether decays without the sign are added to those that are multiplied by it.
+        True if further columns have the decays without the sign.
     s : Along
+        The motion.
     """
     signs, number = sign(s), np.arange(len(s.time))
     turns = np.diff(signs, prepend=signs[0]) != 0
     since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
     decays = np.exp(-since[:, None] / times)
-    return s.reduce(np.hstack([signs[:, None] * decays, *[decays] * signed]))[:, None]
+    columns = [signs[:, None] * decays]
+    if signed:
+        columns.append(decays)
+    return s.reduce(np.hstack(columns))[:, None]
 
 
-# Of the force that commands reach except in a few samples: a larger level would have only these.
+# Quantile of the commanded force that is the usual largest command. A level above it would be
+# exceeded in a few samples only.
 _USUALLY_LARGEST = 0.98
-_LEVELS = np.geomspace(0.05, 0.95, 40)
+_LEVELS = np.geomspace(0.05, 0.95, 40)  # tested limits relative to the usual largest command
 
 
 def saturation_levels(s: Along) -> Array:

@@ -30,7 +30,7 @@ from axisid.estimation.unknowns import KnownValue, KnownValues, declared_names
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact, MaybeNan
-from axisid.support.checks import check_among, is_among, refuse
+from axisid.support.checks import check_among, is_among, listed, refuse
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.one_thread import in_one_thread
@@ -48,9 +48,10 @@ from .held_out import (
 )
 from .nested_models import NestedTest, nested_tests
 
-# ratio to the smallest held-out error that does not justify a parameter, even if it is significant
+# ratio to the smallest held-out error up to which errors are equal, even if the excess of the
+# larger error is significant
 _EQUAL_ERROR = 1.01
-_MAX_TIED_ERROR = 1.1  # ratio to the smallest for an excess within its standard error
+_MAX_TIED_ERROR = 1.1  # the same ratio for an excess within its standard error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,26 +126,27 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
     candidates : tuple of Candidate
         In the given order.
     failures : mapping of str to str
-        Candidates that this record does not identify, with the reason.
+        Reason by name of each candidate that the records do not identify.
     tests : tuple of NestedTest
         Tests of each model against the next larger models that contain it.
     same : tuple of (str, str)
         Candidates that are one model in different parameters.
     blocks, gap : int
-        Number of held-out blocks, and of the rows left out on both sides of each.
+        Number of held-out blocks, and number of rows on both sides of each block that are not used
+        for the estimate.
     recommended : str or None
-        None if no candidate predicts the held-out force.
+        Name of the recommended candidate; None if no candidate predicts the held-out force.
     tied : tuple of str
-        Candidates with a held-out error equal to the smallest, including that one and the
-        recommended one.
+        Names of the candidates whose held-out error equals the smallest within its uncertainty,
+        including the recommended candidate.
     reason : str
-        Reason of the recommendation, or of a missing one, in one sentence.
+        Reason of the recommendation, or of a missing recommendation, as text.
     law : LawAgreement or Missing
         Comparison of the first candidate's control law with the record.
     set_aside : mapping of str to str
         Records that could not be used, with the reason.
     result : Identification or None
-        Identification of the recommended candidate.
+        Identification of the recommended candidate; None without a recommendation.
     """
 
     method: str
@@ -162,7 +164,7 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Checks of the recommended candidate, or one check with the reason why it is missing."""
+        """Checks of the recommended candidate; without one, a failed check with the reason."""
         if self.result is None:
             return (Check.unless("recommendation", self.reason),)
         return self.result.checks
@@ -227,11 +229,14 @@ def compare(
     EstimationError
         The record identifies none of the candidates.
     """
-    if not is_among(method, names := comparison_methods()):
-        why = ", whose loop is simulated with all rows, so that none is held out of it"
+    names = comparison_methods()
+    if not is_among(method, names):
+        reason = ""
+        if is_output_error(str(method)):
+            reason = " Its closed loop is simulated over all rows, so that no rows can be held out."
         raise UsageError(
-            f"there is no comparison by {quoted(method)}{why * is_output_error(str(method))}; "
-            f"choose {' or '.join(names)}.",
+            f"the method {quoted(method)} cannot compare candidates.{reason} "
+            f"Choose {' or '.join(names)}.",
             code="comparison",
         )
     levels, records = Levels(level=level, least_share=least_share), records_of(record)
@@ -241,7 +246,7 @@ def compare(
     candidates: list[Candidate] = []
     failures: dict[str, str] = {}
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
-        lead = ""
+        lead = ""  # beginning of the reason if the candidate fails
         try:
             found = common.identified(axis, method, start, levels)
             estimate, lead = found[method], "with a tenth of the rows held out, "
@@ -312,9 +317,10 @@ class _CommonRows:
         # The filter suits the candidate with the most friction.
         first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
         suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
+        # Records are joined by a candidate that declares the local parameters.
         owner = first
-        asked = [local] if isinstance(local, str) else local
-        if local_names := {*asked} - {""}:
+        local_names = {*listed(local)} - {""}
+        if local_names:
             owner = _axis_with(local_names, named, first)
         shared = joint_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
         problem = shared.problem(first, suited)
@@ -370,27 +376,35 @@ def _candidate(
 def _named(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
 ) -> dict[str, GeneratedAxis]:
-    """Return the axes by name; refuse axes that do not explain the same force and motion."""
+    """Return two or more axes by name, by default the names of the axes themselves.
+
+    Equal axes and equal names are refused, and so are axes that do not explain the same force and
+    motion: they must have the same coordinate and the same drive.
+    """
     if not isinstance(axes, Iterable):
         axes = (axes,)
-    listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
-    if len(listed) < 2:
+    given: list[tuple[str | None, Axis | GeneratedAxis]] = []
+    if isinstance(axes, Mapping):
+        given.extend(axes.items())
+    else:
+        given.extend((None, axis) for axis in axes)
+    if len(given) < 2:
         raise UsageError(
-            f"{len(listed)} candidate{'' if len(listed) == 1 else 's'} cannot be compared; "
-            "give two axes or more, or a friction ladder (ladder) of one.",
+            f"{len(given)} candidate{'' if len(given) == 1 else 's'} cannot be compared. "
+            "Give two or more axes, or the friction ladder of one axis (ladder).",
             code="comparison",
         )
     named: dict[str, GeneratedAxis] = {}
-    for name, axis in listed:
+    for name, axis in given:
         generated = as_generated(axis)
         label = generated.axis.name if name is None else name
-        twin = next((n for n, a in named.items() if a.signature == generated.signature), None)
+        equal = next((n for n, a in named.items() if a.signature == generated.signature), None)
         refuse(
             UsageError,
-            (twin is not None, f"{label!r} is the same axis as {twin!r}; give each one once"),
+            (equal is not None, f"{label!r} is the same axis as {equal!r}. Give each axis once"),
             (
                 label in named,
-                f"two candidates are named {label!r}; give each axis a name of its own",
+                f"two candidates are named {label!r}. Give each axis a different name",
             ),
             code="comparison",
         )
@@ -398,22 +412,25 @@ def _named(
     (first, reference), *others = ((name, axis.axis) for name, axis in named.items())
     for name, axis in others:
         q, p = axis.coordinate, reference.coordinate
-        pairs = (
-            (each.name, *(getattr(of.drive, each.name, None) for of in (axis, reference)))
-            for each in fields(axis.drive)
-        )
-        told = ", ".join(f"{of} {one} against {other}" for of, one, other in pairs if one != other)
+        differences = []
+        for each in fields(axis.drive):
+            own = getattr(axis.drive, each.name, None)
+            wanted = getattr(reference.drive, each.name, None)
+            if own != wanted:
+                differences.append(f"{each.name} {own} and {wanted}")
         refuse(
             UsageError,
             (
                 q != p,
-                f"{name!r} has the coordinate {q.name} in {q.unit}, {first!r} {p.name} in "
-                f"{p.unit}; candidates explain one motion, so declare them with the same one",
+                f"{name!r} has the coordinate {q.name} in {q.unit}, but {first!r} has {p.name} in "
+                f"{p.unit}. Candidates must explain the same motion. Declare both axes with the "
+                "same coordinate",
             ),
             (
                 axis.drive != reference.drive,
-                f"{name!r} and {first!r} have different drives ({told or 'of other kinds'}), so "
-                "they would explain different forces; declare them with the same one",
+                f"{name!r} and {first!r} have different drives "
+                f"({', '.join(differences) or 'of different types'}), so that they would explain "
+                "different forces. Declare both axes with the same drive",
             ),
             code="comparison",
         )
@@ -423,10 +440,11 @@ def _named(
 def _recommend(
     candidates: Sequence[Candidate], blocks: int
 ) -> tuple[str | None, tuple[str, ...], str]:
-    """Return the recommended candidate, the candidates of equal error, and the reason.
+    """Return the names of the recommended candidate and of those of equal error, and the reason.
 
-    Candidates are given by their names. The first is None if no candidate predicts the held-out
-    force. `blocks` is the number of held-out blocks.
+    The recommended candidate has the fewest parameters of those whose held-out error equals the
+    smallest; it is None if no candidate predicts the held-out force. `blocks` is the number of
+    held-out blocks.
     """
     best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
     tied = [c for c in candidates if c is best or _is_as_good(c, best)]
@@ -438,38 +456,49 @@ def _recommend(
             names,
             f"the smallest held-out error, {best.equation.error_percent:.4g} % of the force with "
             f"{best.name}, is as large as the force itself: estimates from one part of the record "
-            "do not predict the others. Record several speeds in both directions, more than once",
+            "do not predict the other parts. Record several speeds in both directions, more than "
+            "once",
         )
     if len(candidates) == 1:
-        reason = "the only candidate that this record identifies"
+        reason = "this is the only candidate that the record identifies"
     elif len(tied) > 1:
-        is_alone = sum(c.size == chosen.size for c in tied) == 1
-        why = f"{'' if is_alone else 'the smallest error at '}the fewest parameters"
+        why = "the fewest parameters"
+        if sum(c.size == chosen.size for c in tied) > 1:
+            why = "the smallest error among those with the fewest parameters"
         reason = (
-            f"held-out error {error:.4g} %: this record cannot tell "
-            f"{', '.join(names[:-1])} and {names[-1]} apart (within one standard error over "
-            f"{blocks} blocks, or one percent of the error), and {chosen.name} has {why} of them"
+            f"its held-out error is {error:.4g} % of the force. This record cannot tell "
+            f"{', '.join(names[:-1])} and {names[-1]} apart: their errors are equal within one "
+            f"standard error over {blocks} blocks, or within one percent of the error. Of these "
+            f"candidates, {chosen.name} has {why}"
         )
     else:
         others = [c for c in candidates if c is not chosen]
         second = min(others, key=lambda c: c.equation.error_percent)
         excess, deviation = second.equation.excess(chosen.equation)
-        ahead = f"{excess / deviation:.1f} standard errors" if deviation else "in every block"
+        larger = f"larger by the same amount in each of {blocks} blocks"
+        if deviation:
+            larger = f"{excess / deviation:.1f} standard errors larger over {blocks} blocks"
         reason = (
-            f"its held-out error {error:.4g} % is the smallest, against "
-            f"{second.equation.error_percent:.4g} % of {second.name} ({ahead} over {blocks} blocks)"
+            f"its held-out error, {error:.4g} % of the force, is the smallest. The second smallest "
+            f"is {second.equation.error_percent:.4g} % with {second.name} ({larger})"
         )
         if chosen.size > max(c.size for c in others):
-            reason += "; it is the richest candidate, so a richer law may do better still"
+            reason += (
+                ". This is the richest candidate, so that a model with more terms may have a "
+                "smaller error still"
+            )
     return chosen.name, names, reason
 
 
 def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
     """Return True if a candidate's held-out error equals the best one's within its uncertainty.
 
-    The ratio is at most 1.1 for an excess within its standard error, which for an excess in a
-    single block is as large as the excess, and 1.01 otherwise.
+    Errors are equal up to a ratio of 1.1 if the excess of squared errors is within its standard
+    error, and up to a ratio of 1.01 otherwise. An excess in a single block is as large as its
+    standard error.
     """
     excess, deviation = candidate.equation.excess(best.equation)
-    times = _MAX_TIED_ERROR if excess <= deviation else _EQUAL_ERROR
-    return candidate.equation.error_percent <= times * best.equation.error_percent
+    largest_ratio = _EQUAL_ERROR
+    if excess <= deviation:
+        largest_ratio = _MAX_TIED_ERROR
+    return candidate.equation.error_percent <= largest_ratio * best.equation.error_percent

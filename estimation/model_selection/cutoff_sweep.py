@@ -4,21 +4,22 @@ A low cut-off removes noise but rounds the motion; a high one passes noise, whic
 squares but not instrumental variables. The decimation follows the cut-off, so that force and motion
 always pass the same low-pass.
 
-An estimate by a simulated loop (instruments, output error) has no noise in its regressor: the
-cut-off with its smallest error is recommended. Without a loop, least squares is used. Errors by a
-cut-off show in its neighbours, as rounding and noise change the estimate from one to the next. So
-the error of an estimate is the root of the squared standard error, known bias (by the filter, and
-by noise if loops follow the record) and difference to its neighbours. As the smallest of many
-errors is too small by chance, the errors of three neighbouring cut-offs are averaged; a cut-off at
-an end has only one neighbour and is not recommended. Without a loop, the onset of bias by noise is
-not known from the estimates, and cut-offs whose parameters predict the motion worse than others are
-left out.
+An estimate by a simulated loop (instruments, output error) has no noise in its regressor. The
+cut-off at which the error of this estimate is smallest is recommended. Without a loop, the
+least-squares estimate is used. An unsuitable cut-off shows in the neighbouring cut-offs, as
+rounding of the motion and noise change the estimate from one cut-off to the next. The error of an
+estimate is therefore the root of the sum of three squares: the standard error, the known bias (by
+the filter, and by noise if loops follow the record) and the difference to the neighbouring
+cut-offs. As the smallest of many errors is too small by chance, the errors of three neighbouring
+cut-offs are averaged; a cut-off at an end of the range has only one neighbour and is not
+recommended. Without a loop, the onset of bias by noise is not known from the estimates, and
+cut-offs whose parameters predict the motion worse than others are excluded.
 
 Equation errors of different cut-offs cannot be compared, as each cut-off filters its own left side:
-noise that biases the parameters does not increase them. The position is the same for all cut-offs,
-and no row is fitted to it. So the axis is simulated with the parameters under the recorded control,
-in windows that start on the record. The known bias of filter and noise is subtracted from the
-parameters.
+noise that biases the parameters does not increase the equation error. The position is the same for
+all cut-offs, and no row is fitted to the position. Therefore the axis is simulated with the
+parameters under the recorded control, in windows that start on the record. The known bias of filter
+and noise is subtracted from the parameters.
 """
 
 import math
@@ -57,8 +58,8 @@ from axisid.support.wording import quoted
 # relative difference of a well-known parameter to the neighbouring cut-off, above which no cut-off
 # is recommended without instruments
 _MAX_SWEEP_STEP = 0.1
-# error of the predicted position relative to the smallest of a sweep: measured, it leaves out no
-# better cut-off on twins of correct models; with white position noise it leaves out a cut-off with
+# error of the predicted position relative to the smallest of a sweep: measured, it excludes no
+# better cut-off on twins of correct models; with white position noise it excludes a cut-off with
 # an eight times larger bias (`benchmarks/sweeps.py`)
 _MAX_MOTION_ERROR = 2.0
 
@@ -66,8 +67,8 @@ _HORIZON = 0.5  # s, of a window
 _LEAST = 1e-8  # smallest relative error, so that one exact parameter does not dominate the mean
 
 _SMALLEST = (
-    "because its standard errors, its known bias and its differences to neighbouring cut-offs are "
-    "together smallest there"
+    "because the combined error (standard error, known bias and difference to the neighbouring "
+    "cut-offs) is smallest there"
 )
 
 
@@ -79,23 +80,31 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     results : sequence of Identification
         One result for each cut-off, ascending.
     """
-    free = [each for each in results if _is_free_of_noise(each)]
-    # An unknown bias may be large.
-    free = [each for each in free if each.preferred.filter_bias is not None] or free
-    if not free:
-        return _steadiest(results)
-    chosen = int(np.argmin(_vagueness([each.preferred for each in free])))
-    return free[chosen].prefilter.cutoff, (
-        f"by {free[chosen].case.method.upper()}, {_SMALLEST}{_further(chosen, len(free))}"
+    noise_free = [each for each in results if _is_free_of_noise(each)]
+    # Results with a known bias, if there are any: an unknown bias may be large.
+    with_bias = [each for each in noise_free if each.preferred.filter_bias is not None]
+    used = with_bias or noise_free
+    if not used:
+        return _recommend_by_least_squares(results)
+    chosen = int(np.argmin(_log_errors([each.preferred for each in used])))
+    return used[chosen].prefilter.cutoff, (
+        f"by {used[chosen].case.method.upper()}, {_SMALLEST}{_advice(chosen, len(used))}"
     )
 
 
-def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
-    """Return the cut-off whose least-squares estimate changes least to its neighbours, Hz.
+def _recommend_by_least_squares(
+    results: Sequence[Identification],
+) -> tuple[float | None, str]:
+    """Return the cut-off in Hz at which the error of least squares is smallest, and the reason.
 
-    It is for results without strong instruments, ascending by cut-off. The second value is the
-    reason. The cut-off is None if there are too few results, or if the estimate changes much
-    everywhere.
+    Cut-offs with too few rows, and cut-offs whose parameters predict the motion poorly, are
+    excluded. The cut-off is None if there are too few results, or if the estimate differs much
+    between neighbouring cut-offs everywhere.
+
+    Parameters
+    ----------
+    results : sequence of Identification
+        Results without strong instruments, ascending by cut-off.
     """
     why = "there are no instruments to compare with"
     if any("idm-iv" in result.estimates for result in results):
@@ -108,61 +117,67 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     if len(judged) < MIN_SWEPT_CUTOFFS.value:
         return None, (
             f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
-            f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
+            "noise, or rounding of the motion by the filter, begins to change the estimate. Give "
+            f"{MIN_SWEPT_CUTOFFS.value:g} or more cut-offs"
         )
     motion = np.array(motion_errors(judged))
-    strays = motion > _MAX_MOTION_ERROR * np.min(motion[1:-1])
+    is_excluded = motion > _MAX_MOTION_ERROR * np.min(motion[1:-1])
     estimates = [estimate for _, estimate in judged]
-    chosen = int(np.argmin(np.where(strays, np.inf, _vagueness(estimates))))
+    chosen = int(np.argmin(np.where(is_excluded, np.inf, _log_errors(estimates))))
     result, estimate = judged[chosen]
     cutoff = result.prefilter.cutoff
-    moving = ", ".join(
+    # Well-known parameters that change much to a neighbouring cut-off.
+    changes = ", ".join(
         f"{name} by {100 * share:.2g} %"
         for name, share in _steps(estimates)[chosen].items()
         if estimate.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
         and share > _MAX_SWEEP_STEP
     )
-    if moving:
+    if changes:
         return None, (
-            f"none: {why}, and least squares depends on the cut-off everywhere; even at "
-            f"{cutoff:g} Hz, where it changes least, a neighbouring cut-off changes {moving}. "
-            "Record the reference, or use a finer encoder"
+            f"none: {why}, and the least-squares estimate depends on the cut-off everywhere. Even "
+            f"at {cutoff:g} Hz, where the estimate changes least, a neighbouring cut-off changes "
+            f"{changes}. Record the reference, or use a finer encoder"
         )
     predicted = ""
     if math.isfinite(motion[chosen]):
         excluded = ""
-        if strays.any():
+        if is_excluded.any():
             excluded = (
-                f"; {strays.sum()} of {len(strays)} cut-offs are left out, where this error is "
-                "more than twice the smallest"
+                f"; {is_excluded.sum()} of {len(is_excluded)} cut-offs are not considered, because "
+                "their error is more than twice the smallest"
             )
         predicted = (
-            f" (over half a second the parameters predict the position to {motion[chosen]:.2g} "
-            f"{result.axis.coordinate.unit}{excluded})"
+            " (over half a second, the parameters predict the position with an error of "
+            f"{motion[chosen]:.2g} {result.axis.coordinate.unit} rms{excluded})"
         )
     return cutoff, (
-        f"by {estimate.method.upper()}, as {why}, {_SMALLEST}{predicted}"
-        f"{_further(chosen, len(judged))}"
+        f"by {estimate.method.upper()} ({why}), {_SMALLEST}{predicted}"
+        f"{_advice(chosen, len(judged))}"
     )
 
 
-def _further(chosen: int, count: int) -> str:
-    """Return an advice if the chosen cut-off is next to an end of the range; else empty."""
+def _advice(chosen: int, count: int) -> str:
+    """Return the advice to sweep further if the chosen cut-off is next to an end of the range.
+
+    Otherwise the text is empty. `chosen` is the index of the cut-off among `count` cut-offs.
+    """
     if chosen in {0, 1, count - 2, count - 1}:
-        return ". Sweep further, because it is next to the end of the range"
+        return ". Sweep further, because this cut-off is next to an end of the range"
     return ""
 
 
 def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:
     """Return the largest relative difference of each parameter to a neighbouring estimate.
 
-    There is one mapping by parameter for each estimate. It has the parameters that all estimates
-    have in common: a short record, with its local parameters, is left out at low cut-offs.
+    There is one mapping by parameter for each estimate, ascending by cut-off. It has the parameters
+    that all estimates have in common: a short record, with its local parameters, is not used at low
+    cut-offs.
     """
     names = [n for n in estimates[0].parameters if all(n in e.parameters for e in estimates)]
     values = np.array([[each.parameters[name].corrected for name in names] for each in estimates])
-    apart = np.pad(np.abs(np.diff(values, axis=0)), ((1, 1), (0, 0)))
-    steps = np.maximum(apart[:-1], apart[1:]) / np.abs(values)
+    differences = np.pad(np.abs(np.diff(values, axis=0)), ((1, 1), (0, 0)))
+    steps = np.maximum(differences[:-1], differences[1:]) / np.abs(values)
     return [dict(zip(names, each.tolist(), strict=True)) for each in steps]
 
 
@@ -174,20 +189,21 @@ def _has_rows(estimate: Estimate) -> bool:
 def _is_free_of_noise(result: Identification) -> bool:
     """Return True if the preferred estimate uses a noise-free loop, with enough rows.
 
-    Instruments must be strong; output error uses the rows of the loop and needs no strong
-    instruments.
+    Instruments must be strong. An output-error estimate uses the rows of the loop themselves, so
+    that it needs no strong instruments.
     """
     judged, strength = result.preferred, result.case.strength
-    strong = isinstance(strength, Check) and strength.status == "pass"
-    return judged.Z is not None and (strong or judged.by_output_error) and _has_rows(judged)
+    is_strong = isinstance(strength, Check) and strength.status == "pass"
+    return judged.Z is not None and (is_strong or judged.by_output_error) and _has_rows(judged)
 
 
-def _vagueness(estimates: Sequence[Estimate]) -> Array:
+def _log_errors(estimates: Sequence[Estimate]) -> Array:
     """Return the log of the geometric mean of the parameters' relative errors by estimate, (n,).
 
     The squared error is the sum of the squares of standard error, known bias and larger difference
-    to a neighbour. The log is averaged over an estimate and its neighbours; it is infinite at the
-    ends of more than two estimates. A geometric mean limits the weight of parameters near zero.
+    to a neighbour. The log is averaged over an estimate and its two neighbours; with more than two
+    estimates, it is infinite for the first and the last. A geometric mean limits the weight of
+    parameters near zero.
     """
     steps = _steps(estimates)
     errors = [
@@ -197,12 +213,12 @@ def _vagueness(estimates: Sequence[Estimate]) -> Array:
         ]
         for each in estimates
     ]
-    both = np.hypot(errors, [[*each.values()] for each in steps])
-    own = np.pad(np.log(np.maximum(both, _LEAST)).mean(axis=1), 1, "edge")
-    around = (own[:-2] + own[1:-1] + own[2:]) / 3
+    total = np.hypot(errors, [[*each.values()] for each in steps])
+    logs = np.pad(np.log(np.maximum(total, _LEAST)).mean(axis=1), 1, "edge")
+    averaged = (logs[:-2] + logs[1:-1] + logs[2:]) / 3
     if len(estimates) > 2:
-        around[[0, -1]] = np.inf
-    return np.where(np.isnan(around), np.inf, around)
+        averaged[[0, -1]] = np.inf
+    return np.where(np.isnan(averaged), np.inf, averaged)
 
 
 def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
@@ -255,7 +271,7 @@ class Sweep(Checked, Presentable, Exact):
     recommended : float or None
         Recommended cut-off, Hz; None without a recommendation.
     reason : str
-        Reason of the recommendation, or of a missing one, in one sentence.
+        Reason of the recommendation, or of a missing recommendation, as text.
     law : LawAgreement or Missing
         Comparison of the declared control law with the record, which does not depend on the
         cut-off.
@@ -268,9 +284,9 @@ class Sweep(Checked, Presentable, Exact):
     law: LawAgreement | Missing
 
     def with_result(self, result: Identification) -> "Sweep":
-        """Return the sweep with another result of the same record, at its cut-off.
+        """Return the sweep with a result of the same record added, or replaced, at its cut-off.
 
-        Estimates by methods that the sweep does not have are left out.
+        Estimates by methods that the sweep does not have are removed from the result.
         """
         methods = {method for swept in self.results for method in swept.estimates}
         own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
@@ -279,7 +295,7 @@ class Sweep(Checked, Presentable, Exact):
 
     @property
     def recommendation(self) -> str:
-        """Recommended cut-off with its reason, or the reason of a missing one."""
+        """Recommended cut-off with its reason, or the reason of a missing recommendation."""
         if self.recommended is None:
             return self.reason
         return f"{self.recommended:g} Hz, {self.reason}"
@@ -288,7 +304,8 @@ class Sweep(Checked, Presentable, Exact):
     def checks(self) -> tuple[Check, ...]:
         """Checks of the result at the recommended cut-off.
 
-        Without a recommendation, they are the check of the law and the reason.
+        Without a recommendation, they are the check of the control law, and a failed check with the
+        reason.
         """
         if self.recommended is None:
             law = made("control law", partial(law_check, self.law))
@@ -301,17 +318,17 @@ class Sweep(Checked, Presentable, Exact):
         return tuple(result.prefilter.cutoff for result in self.results)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> "Sweep":
-        """Return the sweep with the names of records that could not be read, and the reasons."""
+        """Return the sweep with the reason for each record that could not be read, by its name."""
         return replace(self, results=tuple(each.with_set_aside(unread) for each in self.results))
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """Methods of the results, without those that give the same estimate as another."""
+        """Methods of the results, without methods that give the same estimate as another method."""
         found = [m for m in METHODS if any(m in result.estimates for result in self.results)]
         return tuple(m for m in found if m not in same_estimates(found))
 
     def estimates(self, method: str) -> tuple[Estimate | None, ...]:
-        """Return the estimates of a method over the cut-offs; None if missing."""
+        """Return the estimate of a method at each cut-off; None where it is missing."""
         return tuple(result.estimates.get(method) for result in self.results)
 
 
@@ -362,10 +379,10 @@ def sweep(
     records, generated, base = records_of(record), as_generated(axis), Prefilter.given(prefilter)
     period = records[0].period
     tried = default_cutoffs(1 / period) if cutoffs is None else cutoffs
-    several = isinstance(tried, Iterable) and not isinstance(tried, str) and len(tried)
-    if not several or not all(is_real(f) and 0 < f < math.inf for f in tried):
+    is_list = isinstance(tried, Iterable) and not isinstance(tried, str) and len(tried) > 0
+    if not is_list or not all(is_real(f) and 0 < f < math.inf for f in tried):
         raise UsageError(
-            f"the cut-offs are {quoted(tried)}; give positive numbers, one or more, in Hz.",
+            f"the cut-offs are {quoted(tried)}. Give one or more positive numbers, in Hz.",
             code="sweep",
         )
     results: list[Identification] = []
@@ -432,8 +449,8 @@ def default_cutoffs(
     last = _HIGHEST * rate if highest is None else highest
     if not 0 < first <= last or not 1 <= points <= _MOST_POINTS:
         raise UsageError(
-            f"{points} cut-offs from {first:g} to {last:g} Hz are not valid; give 1 to "
-            f"{_MOST_POINTS}, from a lower to a higher frequency.",
+            f"{points} cut-offs from {first:g} to {last:g} Hz are not valid. Give 1 to "
+            f"{_MOST_POINTS} cut-offs, from a lower to a higher frequency.",
             code="sweep",
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))

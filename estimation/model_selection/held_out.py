@@ -40,7 +40,7 @@ class Regression:
     neighbours : RowTimes
         Times of the rows.
     nonlinear : tuple of str
-        Names of the parameters in which the model is linearised.
+        Names of the parameters that enter nonlinearly, and in which the model is linearised.
     """
 
     left: Array
@@ -61,9 +61,9 @@ class Regression:
         )
 
     def solved(self, *, by_instruments: bool = True) -> Solution:
-        """Return the solution by instruments, or by least squares.
+        """Return the solution by instrumental variables, or by least squares.
 
-        It is that of least squares without instruments, or if `by_instruments` is False.
+        Least squares is used if there are no instruments, or if `by_instruments` is False.
         """
         regressor = factor(self.regressor, self.names, neighbours=self.neighbours)
         if self.instruments is None or not by_instruments:
@@ -106,14 +106,14 @@ class HeldOutBlock:
 
 
 def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[HeldOutBlock, ...]:
-    """Return ten contiguous blocks of equal length.
+    """Return ten contiguous blocks of equal length, which together have all rows.
 
     Parameters
     ----------
     rows : int
         Number of rows of the regression.
     gap : int
-        Rows left out on both sides of a block.
+        Number of rows on both sides of a block that are not used for the estimate.
     parameters : int
         Number of parameters of the model.
 
@@ -126,9 +126,10 @@ def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[HeldOutBloc
     remaining = rows - int(np.diff(edges).max()) - 2 * gap
     if remaining < _MIN_TRAINING_ROWS_PER_PARAMETER * parameters:
         raise DataError(
-            f"the record has {rows} rows; with a block of 1/{_BLOCKS} held out and a gap of "
-            f"{gap} rows on both sides, the filters' memory, {max(remaining, 0)} rows remain for "
-            f"{parameters} parameters. Record longer, or raise the cutoff and decimate less.",
+            f"the record has {rows} rows. With a block of 1/{_BLOCKS} of them held out, and a gap "
+            f"of {gap} rows (the memory of the filters) on both sides, {max(remaining, 0)} rows "
+            f"remain for {parameters} parameters. Record a longer motion, or raise the cutoff and "
+            "decimate less.",
             code="too-short",
         )
     index = np.arange(rows)
@@ -164,14 +165,15 @@ class HeldOut(Exact):
     def excess(self, other: "HeldOut") -> tuple[float, float]:
         """Return the mean excess of squared errors over another model, and its standard error.
 
-        The mean is over the blocks, and the standard error follows from their scatter.
+        The excess is that of the sum of squared errors of each block. The mean is over the blocks,
+        and the standard error follows from the scatter of the blocks.
         """
         difference = self.squares - other.squares
         return float(difference.mean()), float(np.std(difference, ddof=1)) / len(difference) ** 0.5
 
 
 def held_out_equation(rows: Regression, blocks: Sequence[HeldOutBlock], signal: float) -> HeldOut:
-    """Return the held-out errors of the equation.
+    """Return the prediction errors of held-out blocks, each by the estimate from its other rows.
 
     Parameters
     ----------
@@ -187,6 +189,8 @@ def held_out_equation(rows: Regression, blocks: Sequence[HeldOutBlock], signal: 
     EstimationError
         Without some block the parameters cannot be separated.
     """
-    pairs = ((rows.at(each.held_out), rows.at(each.training).solved().theta) for each in blocks)
-    squares = [np.sum((test.left - test.regressor @ theta) ** 2) for test, theta in pairs]
+    squares = []
+    for block in blocks:
+        test, theta = rows.at(block.held_out), rows.at(block.training).solved().theta
+        squares.append(np.sum((test.left - test.regressor @ theta) ** 2))
     return HeldOut(squares=np.array(squares), signal=signal)

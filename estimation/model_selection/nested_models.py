@@ -48,8 +48,9 @@ class NestedTest:
     not_tested: str | None = None
 
 
-#: T, (l, k), and start, (l,), with ``X_small theta + known_small = X_large (T theta + start) +
-#: known_large``.
+#: Map from the k parameters theta of a smaller model to the l parameters of a larger model: a
+#: matrix T, (l, k), and an offset, (l,), with ``X_small theta + known_small = X_large (T theta +
+#: offset) + known_large``.
 Embedding = tuple[Array, Array]
 
 
@@ -71,44 +72,51 @@ def nested_tests(
     same : tuple of (str, str)
         Pairs whose columns span the same space: one model in different parameters.
     """
+    # Embedding of each model in each other model that contains it.
     size = {name: len(rows.names) for name, rows in models.items()}
-    within = {
-        (a, b): how
-        for a, b in permutations(models, 2)
-        if size[a] <= size[b] and (how := nesting(models[a], models[b])) is not None
-    }
+    within: dict[tuple[str, str], Embedding] = {}
+    for a, b in permutations(models, 2):
+        embedding = nesting(models[a], models[b]) if size[a] <= size[b] else None
+        if embedding is not None:
+            within[a, b] = embedding
     nested = {(a, b) for a, b in within if size[a] < size[b]}
+    # A pair with a third model between the two is not tested.
     tests = tuple(
-        _tested(a, b, models, how)
-        for (a, b), how in within.items()
+        _tested(a, b, models, embedding)
+        for (a, b), embedding in within.items()
         if (a, b) in nested and not any({(a, c), (c, b)} <= nested for c in models)
     )
     same = (pair for pair in combinations(models, 2) if pair in within and pair not in nested)
     return tests, tuple(same)
 
 
-def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) -> NestedTest:
+def _tested(a: str, b: str, models: Mapping[str, Regression], embedding: Embedding) -> NestedTest:
     """Return the Wald test of a smaller model a in a larger model b, given by their names.
 
-    Without a statistic if model b has further nonlinear parameters. `how` is the map of a into b.
+    The test has no statistic if model b has further nonlinear parameters. `embedding` is the map
+    from the parameters of a to those of b.
     """
     pair = NestedTest(smaller=a, larger=b, restrictions=len(models[b].names) - len(models[a].names))
-    if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
+    further = [name for name in models[b].nonlinear if name not in models[a].nonlinear]
+    if further:
+        are = "is" if len(further) == 1 else "are"
         return replace(
             pair,
-            not_tested=f"{b} estimates {' and '.join(free)}, not identifiable if {a} is correct",
+            not_tested=f"{b} also estimates {' and '.join(further)}, which {are} not identifiable "
+            f"if {a} is correct",
         )
     # A restriction of fitted parameters, hence widened for few scores: at the 5 % level it rejects
     # 0 to 4 % of correct restrictions on records of 1.5 to 3 s, the kernel alone 2 to 16 %; with
     # disturbances of a correlation time of 500 ms 6 to 14 %, and 24 to 38 %.
-    wald, wald_p = wald_test(models[b].solved(), how, Hac())
+    wald, wald_p = wald_test(models[b].solved(), embedding, Hac())
     return replace(pair, wald=wald, wald_p=wald_p)
 
 
 def nesting(small: Regression, large: Regression) -> Embedding | None:
     """Return the map from the smaller model's parameters to those of the larger model.
 
-    None if the larger model does not contain the smaller one.
+    The columns of the smaller model are projected on those of the larger model. None if part of
+    them remains, so that the larger model does not contain the smaller one.
     """
     size = np.linalg.norm(large.regressor, axis=0)
     basis, triangle = np.linalg.qr(large.regressor / size)
@@ -124,8 +132,9 @@ def nesting(small: Regression, large: Regression) -> Embedding | None:
 
 
 def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple[float, float]:
-    """Return Wald's statistic over its restrictions, and its p-value, for the smaller model.
+    """Return Wald's statistic divided by the number of restrictions, and its p-value.
 
+    The hypothesis is that the smaller model is correct:
     ``W/q = d' V^-1 d / q`` for the component d of the larger model's parameters outside the smaller
     model, with its covariance V and the number q of restrictions.
 
@@ -134,12 +143,13 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     larger : Solution
         Solution of the larger model.
     how : Embedding
-        Map from the smaller model's parameters to those of the larger one.
+        Map from the smaller model's parameters to those of the larger model.
     covariance : Covariance
         Estimator of the covariance.
     """
     (matrix, start), k = how, how[0].shape[1]
-    # Parameters in units of their standard errors, so that physical units do not matter.
+    # Parameters in units of their standard errors, so that physical units do not matter; the rows
+    # of `across` span the complement of the smaller model.
     spread = covariance.matrix(larger)
     size = np.sqrt(np.diag(spread))
     inside = matrix / size[:, None]

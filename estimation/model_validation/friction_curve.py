@@ -24,7 +24,7 @@ _PROBES = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrictionCurve:
-    """Friction by velocity: the force minus all parts of the model without velocity.
+    """Friction by velocity: the force minus the part of the model that is independent of velocity.
 
     Attributes
     ----------
@@ -32,9 +32,9 @@ class FrictionCurve:
         Velocity and friction of the rows: recorded force minus the parts of the model that do not
         depend on velocity.
     skipped : int
-        Number of rows that are left out, since some of their samples have no weight in the
-        estimate: the average of such a row has less velocity and less force, but does not lie on
-        the friction law.
+        Number of rows that are not shown, because some of their samples have no weight in the
+        estimate: the filtered velocity and force of such a row are too small, and do not lie on the
+        friction law.
     binned : (b, 3) array
         Velocity, mean and standard deviation of the force, by bin of velocity.
     law : (m, 2) array
@@ -49,7 +49,7 @@ class FrictionCurve:
 
 
 def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCurve | Missing:
-    """Return the friction by velocity, or the reason why it is not a function of velocity.
+    """Return the friction by velocity, or the reason why it cannot be shown.
 
     Parameters
     ----------
@@ -62,10 +62,9 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
     if reason := _inseparable(axis, physical, signals):
         return Missing(reason)
     friction = signals.force - _force(axis, physical, _still(signals))
-    reduced, weights = (
-        data.reduce(np.column_stack([signals.velocity, friction])),
-        data.sampling.weights,
-    )
+    reduced = data.reduce(np.column_stack([signals.velocity, friction]))
+    weights = data.sampling.weights
+    # Rows all of whose samples have their full weight.
     whole = np.abs(weights / data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DIFFERENCE
     if not whole.any():
         return Missing("every row contains samples near velocity reversals or standstill")
@@ -80,7 +79,7 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
 
 
 def _force(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
-    """Return the force of the model with given parameters along a motion, (N,)."""
+    """Return the force of the model with parameters (p,) along a motion, (N,)."""
     return InverseForm(axis).at(physical).equations(signals).predicted(physical)
 
 
@@ -89,14 +88,15 @@ def _still(signals: Signals) -> Signals:
     return replace(signals, velocity=0 * signals.velocity, direction=0 * signals.direction)
 
 
-def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:
+def _at(signals: Signals, velocity: Array, sample: int | None = None) -> Signals:
     """Return signals with given velocities, (m,), at one position and acceleration.
 
-    These are those of a sample (`place`), or the medians over all samples without one.
+    Position, acceleration and recorded signals are those of the sample with the index `sample`; for
+    None they are the medians over all samples.
     """
     many = np.ones_like(velocity)
     position, acceleration, *recorded = (
-        float(np.median(values) if place is None else values[place])
+        float(np.median(values) if sample is None else values[sample])
         for values in (signals.position, signals.acceleration, *signals.recorded)
     )
     return Signals(
@@ -115,7 +115,10 @@ def _velocity_part(axis: GeneratedAxis, physical: Array, signals: Signals) -> Ar
 
 
 def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
-    """Return the reason why friction is not a function of velocity; empty if it is one."""
+    """Return the reason why friction is not a function of velocity; empty if it is one.
+
+    The velocity-dependent force over a range of velocities is compared between samples.
+    """
     probes = np.linspace(0, len(signals.velocity) - 1, _PROBES).astype(int)
     velocity = float(np.max(np.abs(signals.velocity))) * np.linspace(-1, 1, 20)  # without 0
     parts = np.array([_velocity_part(axis, physical, _at(signals, velocity, i)) for i in probes])
@@ -125,8 +128,8 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
         (size == 0, "no term of the equation of motion depends on the velocity"),
         (
             float(np.max(np.ptp(parts, axis=0))) > _MAX_INSEPARABLE_FORCE * size,
-            "the part of the force that depends on the velocity depends on the position or the "
-            "acceleration too, so that it is no curve over the velocity",
+            "the part of the force that depends on the velocity also depends on the position, the "
+            "acceleration or a recorded signal, so that it is not a curve over the velocity",
         ),
         (True, ""),
     )
@@ -135,7 +138,7 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
 def _binned(velocity: Array, force: Array) -> Array:
     """Return velocity, mean and standard deviation of the force by bin of velocity, (b, 3).
 
-    Bins with few rows are left out.
+    The array lacks bins with few rows.
     """
     edges = np.linspace(velocity.min(), velocity.max(), _BINS + 1)
     if edges[0] < 0 < edges[-1]:  # no bin has rows of both directions

@@ -1,7 +1,7 @@
-"""Validation of estimates, or of a fit, on another record: `validate` and `validate_fit`.
+"""Validation of estimates, or of a fit, on a second record: `validate` and `validate_fit`.
 
-Parameters are frozen, and the output is simulated for the other record. Only the initial positions
-and velocities of the windows of an open loop are estimated from that record.
+Parameters are frozen, and the output is simulated for the second record. Only the initial positions
+and velocities of the windows of an open loop are estimated from the second record.
 """
 
 import math
@@ -73,9 +73,9 @@ def validate(
     result : Identification or SavedIdentification
         Result whose estimates are validated.
     record : Record
-        Record that was read for the same axis. It is filtered like the record of the estimates,
-        with the same cut-off frequency in Hz; hold and reversals are chosen again if they were left
-        open.
+        The second record, read for the same axis. It is filtered like the record of the estimates,
+        with the same cut-off frequency in Hz; the settings hold and reversals of the prefilter are
+        chosen again if they were not given.
     like : int, optional
         Number, from 1, of a record of the result whose local parameters (`local`) and known values,
         such as a payload, also apply to this record. Needed if the result has such values.
@@ -94,23 +94,27 @@ def validate(
     own_names = [*result.local_names, *(n for each in result.of_records[:1] for n in each.known)]
     if like is None and own_names:
         raise UsageError(
-            f"this result has values of its own for each record: {', '.join(own_names)}. The "
-            "values for another record are unknown. Name the record with the same values: "
-            f"{setting('like', '1')}.",
+            f"this result has separate values for each of its records: {', '.join(own_names)}. The "
+            "values for the second record are unknown. Give the number of the record with the same "
+            f"values: {setting('like', '1')}.",
             code="validation",
         )
     whole, levels = result, result.levels
-    result = whole if like is None else whole.part(like)
-    requested = result.requested or result.prefilter  # open settings are chosen for each record
+    if like is not None:
+        result = whole.part(like)
+    # Settings of the prefilter that were not given are chosen for each record.
+    requested = result.requested or result.prefilter
     data = filtered_record(
         result.axis, record, requested.at_period(result.record.period, record.period)
     )
+    # A saved result has no samples of its own records.
     own_data = result.problem.data if isinstance(result, Identification) else ()
     law = law_agreement(result.axis, record)
-    anew = _estimated_anew(data, [*result.estimates], law)
+    reestimates = _estimates_of_record(data, [*result.estimates], law)
+    # The level is divided by the number of tests, one for each method.
     of_each = replace(levels, level=levels.level / len(result.estimates))
     methods = tuple(
-        _validation(data, frozen, own_data, anew.get(method), of_each)
+        _validation(data, frozen, own_data, reestimates.get(method), of_each)
         for method, frozen in result.estimates.items()
     )
     return Validation(
@@ -126,14 +130,15 @@ def validate(
     )
 
 
-def _estimated_anew(
+def _estimates_of_record(
     data: FilteredRecord, methods: Sequence[str], law: LawAgreement | Missing
 ) -> dict[str, Estimate]:
-    """Return the estimates from the second record by method, with its simulated replicas.
+    """Return the estimates from the second record by method, with simulated replicas of the record.
 
-    Methods that fail are missing. `law` is the agreement of the declared law with the record.
+    Methods that fail are missing. `law` is the comparison of the declared law with the record.
     """
-    problem, found = Problem(axis=data.axis, data=(data,)), {}
+    problem = Problem(axis=data.axis, data=(data,))
+    found: dict[str, Estimate] = {}
     twins = Bootstrap(
         problem=problem,
         count=DEFAULT_TWIN_COUNT,
@@ -162,14 +167,15 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
         Difference of the values, both minus their bias if it is known for both; None if the second
         record does not determine the parameters.
     """
-    anew = own.distribution
-    both_biases = frozen.bias is not None and anew.bias is not None
-    before, after = (each.corrected if both_biases else each.theta for each in (frozen, anew))
-    covariances = np.array([each.covariances[frozen.chosen] for each in (frozen, anew)])
+    second = own.distribution
+    before, after = frozen.theta, second.theta
+    if frozen.bias is not None and second.bias is not None:
+        before, after = frozen.corrected, second.corrected
+    covariances = np.array([each.covariances[frozen.chosen] for each in (frozen, second)])
     if not np.all(np.isfinite([after, *covariances[0], *covariances[1]])):
         return None
     variances = np.diagonal(covariances, axis1=1, axis2=2)
-    dof = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
+    dof = np.array([each.freedom[frozen.chosen] for each in (frozen, second)])
     # Welch and Satterthwaite's degrees of freedom of a difference.
     freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
     return difference_of(
@@ -184,10 +190,10 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
 
 
 def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
-    """Return a lower limit of the mean square of residuals, (n,), which may vary slowly.
+    """Return a lower confidence limit of the mean square of residuals, (n,).
 
-    It is the mean square minus three of its standard errors (HAC), at least 0. `neighbours` are the
-    times of the rows.
+    It is the mean square minus three of its standard errors (HAC), at least 0; without a standard
+    error, it is the mean square. `neighbours` are the times of the rows.
     """
     squares = residuals**2
     mean = float(squares.mean())
@@ -201,10 +207,11 @@ def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
 
 
 def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
-    """Return the share of a record's samples that the result was estimated from.
+    """Return the share of a record's samples that the result was estimated from, 0 to 1.
 
-    Samples are compared with those of the result's records, or by the log file and its windows. A
-    saved result has no samples; a whole record of it is recognised by its digest.
+    Samples are recognised by the digest of a whole record, by the log file and the windows that
+    were read from it, or by a comparison with the samples of the result's records (`own`). A saved
+    result has no samples.
     """
     known = np.zeros(len(record), dtype=bool)
     for each in own:
@@ -223,7 +230,7 @@ def _validation(
     data: FilteredRecord,
     estimate: Estimate | Any,
     own_data: Sequence[FilteredRecord],
-    again: Estimate | None,
+    second: Estimate | None,
     levels: Levels,
 ) -> MethodValidation:
     """Return the validation of one estimate on a second record.
@@ -235,10 +242,15 @@ def _validation(
     estimate : Estimate or SavedEstimate
     own_data : sequence of FilteredRecord
         Records of the estimate; empty if unknown.
-    again : Estimate or None
-        Estimate from the second record by the same method.
+    second : Estimate or None
+        Estimate from the second record by the same method; None if it failed.
     levels : Levels
-        Levels from which the two estimates differ.
+        Levels of significance and relevance at which the two estimates differ.
+
+    Raises
+    ------
+    DataError
+        The second record has no rows, or its equation error is not finite.
     """
     # Equation error of the frozen parameters on the rows of the second record.
     problem, frozen = Problem(axis=data.axis, data=(data,)), estimate.distribution
@@ -246,9 +258,9 @@ def _validation(
     rows, theta, source = problem.rows(form), form.regressed(frozen.theta), data.record.provenance
     if not len(rows.left):
         raise DataError(
-            f"{source.source}: no rows remain, because all samples in motion are near reversals or "
-            "masked. Record longer strokes, or identify with the prefilter's "
-            f"{setting('reversals', 'keep')}.",
+            f"{source.source}: no rows remain, because all samples in motion are masked or near "
+            "velocity reversals. Record longer strokes, or identify with this setting of the "
+            f"prefilter: {setting('reversals', 'keep')}.",
             code="too-short",
         )
     residuals = rows.residuals(theta)
@@ -256,27 +268,37 @@ def _validation(
     simulation, position, tracking, reason = None, None, None, None
     try:
         loops, right = problem.simulated(form, frozen.theta)
-        apart = rows.left - right.regressor @ theta - right.intercept
-        simulation = relative_error_percent(apart, rows.left)
+        force_error = rows.left - right.regressor @ theta - right.intercept
+        simulation = relative_error_percent(force_error, rows.left)
         if is_output_error(estimate.method):  # its rows are those of the simulated loop
-            residuals = apart
+            residuals = force_error
         if not data.record.integrated:  # the integral of a velocity drifts from the position
-            off, wanted = _positions(data, loops)
-            position = float(np.sqrt(np.mean(off**2)))
-            tracking = relative_error_percent(off, wanted)
+            position_error, tracking_error = _position_errors(data, loops)
+            position = float(np.sqrt(np.mean(position_error**2)))
+            tracking = relative_error_percent(position_error, tracking_error)
     except (ModelError, DataError, EstimationError) as error:
         reason = str(error)
-    if not math.isfinite(equation := relative_error_percent(residuals, rows.left)):
+    equation = relative_error_percent(residuals, rows.left)
+    if not math.isfinite(equation):
         raise DataError(
             f"{source.source}: the equation error of {estimate.method} is not finite. Check the "
             "size and the units of the columns.",
             code="not-finite",
         )
-    # Part of the equation error that is not chance, and the parameters of the second record.
-    chance = math.sqrt(
+    # Part of the equation error that is not chance.
+    share = math.sqrt(
         least_mean_square(residuals, data.sampling.neighbours) / np.mean(residuals**2)
     )
-    anew = None if again is None else reestimated(frozen, again)
+    # Parameters of the second record.
+    difference, changed = None, tuple[str, ...]()
+    if second is not None:
+        difference = reestimated(frozen, second)
+    if difference is not None and difference.matters(levels):
+        changed = difference.differing(levels)
+    # The tracking error on the estimate's own records is only compared with one on this record.
+    own_tracking = None
+    if tracking is not None:
+        own_tracking = _own_tracking(own_data, frozen.theta)
     return MethodValidation(
         method=estimate.method,
         equation_error_percent=equation,
@@ -286,35 +308,38 @@ def _validation(
         tracking_error_percent=tracking,
         reason=reason,
         own_simulation_error_percent=estimate.simulation_error_percent,
-        own_tracking_error_percent=None
-        if tracking is None
-        else _own_tracking(own_data, frozen.theta),
-        least_equation_error_percent=equation * chance,
-        reestimate=anew,
-        changed=anew.differing(levels) if anew is not None and anew.matters(levels) else (),
+        own_tracking_error_percent=own_tracking,
+        least_equation_error_percent=equation * share,
+        reestimate=difference,
+        changed=changed,
     )
 
 
 def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
-    """Return the tracking error of the parameters (p,) on the estimate's own records, %.
+    """Return the position error of the parameters (p,) on the estimate's own records.
 
-    None if the records are unknown, or if a loop cannot be simulated.
+    It is the root mean square relative to that of the tracking error, %. None if the records are
+    unknown or have no position, or if a loop cannot be simulated.
     """
     if not own or any(data.record.integrated for data in own):
         return None
     with suppress(ModelError, DataError, EstimationError):
         pairs = [
-            _positions(data, simulated_loops(data.axis, data.record, physical)) for data in own
+            _position_errors(data, simulated_loops(data.axis, data.record, physical))
+            for data in own
         ]
-        off, tracking = (np.concatenate(side) for side in zip(*pairs, strict=True))
-        return relative_error_percent(off, tracking)
+        position_error, tracking_error = (
+            np.concatenate(errors) for errors in zip(*pairs, strict=True)
+        )
+        return relative_error_percent(position_error, tracking_error)
     return None
 
 
-def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
-    """Return recorded minus simulated position, and reference minus recorded position, (m,) each.
+def _position_errors(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
+    """Return the position error and the tracking error at the m kept samples, (m,) each.
 
-    Both are of the m kept samples.
+    They are the recorded minus the simulated position, and the reference minus the recorded
+    position.
     """
     position, kept = data.record.position, data.sampling.kept
     tracking = loop_reference(data.axis, data.record) - position
@@ -367,21 +392,21 @@ def validate_fit(
         )
     if {*result.local} - {*INITIAL_STATE_PARAMETERS} or result.known:
         raise UsageError(
-            "the fit has parameters or known values of its own for each record, so that the values "
-            "for another record are unknown. Fit without them.",
+            "the fit has local parameters or known values of each record. The values for the "
+            "second record are unknown. Fit without local parameters and known values.",
             code="validation",
         )
-    length = (
-        result.horizon if horizon is None else checked_horizon(horizon, result.outputs, [record])
-    )
+    length = result.horizon
+    if horizon is not None:
+        length = checked_horizon(horizon, result.outputs, [record])
     followed = result.outputs[0] if output is None else str(output)
     check_among(("output of the fit", followed, result.outputs))
     axis = result.axes[0]
     if others := [*(record.signals.keys() - {signal.name for signal in axis.signals})]:
         raise UsageError(
             f"{record.provenance.source} has the signal {others[0]!r}, which axis {axis.name!r} of "
-            "the fit does not declare, so the record was read for another axis. Read the record "
-            "for the axis of the fit, or fit the other axis.",
+            "the fit does not declare. The record was read for another axis. Read the record for "
+            "the axis of the fit, or fit the other axis.",
             code="validation",
         )
     form = InverseForm(axis)
@@ -389,13 +414,14 @@ def validate_fit(
     physical = result.physical[: len(form.physical_quantities)]
     if GAIN in result.names:
         physical = by_declared_gain(axis, physical, result[GAIN].value)
-    predictions: OutputResiduals = (
-        ClosedLoopResiduals(form, [axis], [record], followed)
-        if length is None
-        else MultipleShootingResiduals(form, [axis], [record], length)
-    )
+    predictions: OutputResiduals
+    if length is None:
+        predictions = ClosedLoopResiduals(form, [axis], [record], followed)
+    else:
+        predictions = MultipleShootingResiduals(form, [axis], [record], length)
     predictions.settle(physical)
-    if (lanes := predictions(physical[None, :])).failures:
+    lanes = predictions(physical[None, :])
+    if lanes.failures:
         raise EstimationError(
             f"{record.provenance.source} cannot be simulated with the parameters of the fit: "
             f"{lanes.failures[0]}",
@@ -422,8 +448,8 @@ def _checks(
 ) -> Iterator[Check]:
     """Yield the checks of a fit on a second record: sampling period, control law, and output.
 
-    Another period or law is a sign that the record is of another axis or drive. `percent` is the
-    error of the output on the record, %.
+    Another sampling period or law is a sign that the record is of another axis or drive. `percent`
+    is the error of the output on the record (rms), relative to the recorded output (rms), %.
     """
     periods = [each.period for each in result.records]
     equal = any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
@@ -434,12 +460,10 @@ def _checks(
             of_record=float(record.period), of_fit=float(periods[0]), are_equal=equal
         ),
     )
-    yield checked_law(
-        NotUsed("the fit of an open loop uses no control law")
-        if result.outputs == (OPEN_LOOP,)
-        else law_agreement(axis, record),
-        "fit",
-    )
+    if result.outputs == (OPEN_LOOP,):
+        yield checked_law(NotUsed("the fit of an open loop uses no control law"), "fit")
+    else:
+        yield checked_law(law_agreement(axis, record), "fit")
     own = max(each.percent for each in result.of_records if each.output == output)
     holds = is_as_small(percent, own, MAX_VALIDATION_ERROR)
     yield Check(

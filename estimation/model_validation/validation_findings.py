@@ -37,7 +37,7 @@ class KnownSamples(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EquationErrorOnRecord(Finding):
-    """Equation errors on the second record, compared with those on the estimates' own.
+    """Equation errors on the second record, compared with those on the estimates' own records.
 
     Attributes
     ----------
@@ -59,19 +59,21 @@ class EquationErrorOnRecord(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulationOnRecord(Finding):
-    """Simulated loops on the second record, compared with those on the estimates' own.
+    """Errors of the simulated loops on the second record, and on the estimates' own records.
 
     Attributes
     ----------
     failed : tuple of str
-        Methods whose simulated loop is too far from the record.
+        Methods whose simulated loop has too large an error on the second record.
     by_position : bool
-        True if the position is too far; otherwise, of a failed check, the force alone is.
+        True if the position error is too large. If it is False and the check failed, only the force
+        error is too large.
     tracking_error_percent, own_tracking_error_percent : float or None
         Position error (rms) relative to the tracking error (rms), %, on the second record and on
-        the estimate's own: of the method with the largest on the second.
+        the estimate's own records, of the method with the largest error on the second record; None
+        if unknown.
     simulation_error_percent, own_simulation_error_percent : float or None
-        Force error (rms) relative to the force (rms), %, of the same method.
+        Force error (rms) relative to the force (rms), %, of the same method; None if unknown.
     """
 
     failed: tuple[str, ...]
@@ -91,10 +93,11 @@ class ReestimatedParameters(Finding):
     failed : tuple of str
         Methods with different parameters.
     changed : tuple of DifferingParameter
-        Parameters of the method with the largest force by the difference; `own` is the value of the
-        second record and `common` that of the result.
+        Different parameters of the method whose difference makes the largest force; `own` is the
+        value of the second record and `common` the value of the result.
     largest_percent : float
-        Largest force (rms) by the difference of all parameters, relative to the force (rms), %.
+        Force (rms) that the difference of all parameters makes, relative to the force (rms), %:
+        the largest of the methods.
     """
 
     failed: tuple[str, ...]
@@ -104,7 +107,7 @@ class ReestimatedParameters(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimatesHold(Finding):
-    """Estimates that hold on the second record.
+    """Estimates that the second record confirms.
 
     Attributes
     ----------
@@ -120,7 +123,7 @@ class EstimatesHold(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimatesDoNotHold(Finding):
-    """Estimates that do not hold on the second record.
+    """Estimates that the second record contradicts.
 
     Attributes
     ----------

@@ -1,9 +1,10 @@
 """Validation of estimates, or of a fit, with frozen parameters on a second record.
 
-An equation error shows little of a parameter that scales a small part of the force: a mass that is
-10 % larger adds 6 % of the force to it, and noise may add as much. The parameters are therefore
-estimated from the second record as well, by the same method and with simulated replicas of its own.
-The difference is tested as between two records of one regression, and has to be relevant.
+An equation error is not sensitive to a parameter that scales a small part of the force: a mass that
+is 10 % too large adds an error of 6 % of the force, and noise may add as much. The parameters are
+therefore estimated from the second record as well, by the same method and with simulated replicas
+of the second record. The difference is tested as between two records of one regression, and has to
+be relevant.
 """
 
 from collections.abc import Iterator
@@ -61,28 +62,29 @@ class MethodValidation:
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||`` on the record, filtered as for the estimate.
     own_equation_error_percent : float
-        The same on the estimate's own record.
+        Equation error on the estimate's own records, %.
     simulation_error_percent : float or None
         ``100 ||y - simulated|| / ||y||``; None if the loop could not be simulated.
     position_error_rms : float or None
         Root mean square of recorded minus simulated position over the kept samples, in the unit of
-        the coordinate.
+        the coordinate. None if it is unknown.
     tracking_error_percent : float or None
-        The same in percent of the recorded tracking error, reference minus position: the part of
-        the tracking error that the estimate does not explain.
+        Position error (rms) relative to the recorded tracking error (rms), reference minus
+        position, %: the part of the tracking error that the estimate does not explain. None if it
+        is unknown.
     reason : str or None
-        The reason why there are no simulated figures.
+        Reason why the loop could not be simulated; None if it was.
     own_simulation_error_percent, own_tracking_error_percent : float or None
-        Errors on the estimate's own record; None if they are unknown. The latter is unknown for a
+        Errors on the estimate's own records; None if they are unknown. The latter is unknown for a
         result that was read from a file.
     least_equation_error_percent : float
-        The equation error minus the part that may be chance in so short a record.
+        Equation error minus the part that may be chance in a record of this length, %.
     reestimate : RecordDifference or None
-        Parameters estimated from the second record, compared with the frozen ones; None if the
-        record does not determine them.
+        Parameters estimated from the second record, compared with the frozen parameters; None if
+        the record does not determine them.
     changed : tuple of str
-        Names of parameters that differ; empty if the difference is chance, or makes a negligible
-        force.
+        Names of parameters that differ; empty if the difference is not significant, or makes a
+        negligible force.
     """
 
     method: str
@@ -100,29 +102,30 @@ class MethodValidation:
 
     @property
     def holds(self) -> bool:
-        """True if equation error and simulated loop are as good as on the estimate's own record.
+        """True if the second record confirms the estimate.
 
-        The parameters from the second record must also be the same.
+        Equation error and errors of the simulated loop must be as small as on the estimate's own
+        records, and no parameter may differ between the records.
         """
         return self.fits and self.follows and not self.changed
 
     @property
     def fits(self) -> bool:
-        """True if the equation error is as small as on the estimate's own record."""
+        """True if the equation error is as small as on the estimate's own records."""
         return is_as_small(
             self.least_equation_error_percent, self.own_equation_error_percent, MAX_VALIDATION_ERROR
         )
 
     @property
     def follows(self) -> bool:
-        """True if the errors of the simulated loop are as small as on the estimate's own record."""
+        """True if the simulated position and force are as close as on the own records."""
         return self.follows_position and is_as_small(
             self.simulation_error_percent, self.own_simulation_error_percent, MAX_VALIDATION_ERROR
         )
 
     @property
     def follows_position(self) -> bool:
-        """True if the simulated position is as close as on the estimate's own record."""
+        """True if the simulated position is as close as on the estimate's own records."""
         return is_as_small(
             self.tracking_error_percent, self.own_tracking_error_percent, _MAX_VALIDATION_TRACKING
         )
@@ -142,14 +145,14 @@ class Validation(Checked, Presentable, Exact):
     methods : tuple of MethodValidation
         In the order of the result's estimates; the object iterates over them.
     known_share : float
-        Share of the record's samples that the estimates were made from, which are no independent
-        check.
+        Share of the record's samples, 0 to 1, from which the estimates were made. These samples are
+        no independent check.
     time_base : str or None
-        The reason to doubt the record's sampling period.
+        Reason to doubt the record's sampling period; None if there is none.
     law : LawAgreement or Missing
         The declared control law compared with the record.
     levels : Levels
-        Thresholds from which parameters count as changed.
+        Levels of significance and relevance from which parameters count as changed.
     """
 
     record: Record
@@ -170,12 +173,15 @@ class Validation(Checked, Presentable, Exact):
         return found[name]
 
     def __repr__(self) -> str:
-        held = ", ".join(f"{v.method} {v.equation_error_percent:.4g} %" for v in self)
-        return f"validation on {self.record.provenance.source}: equation error {held}"
+        errors = ", ".join(f"{v.method} {v.equation_error_percent:.4g} %" for v in self)
+        return f"validation on {self.record.provenance.source}: equation error {errors}"
 
     @property
     def errors(self) -> dict[tuple[str, str], tuple[float | None, ...]]:
-        """Errors of the methods by name and unit, as a table shows them."""
+        """Error of each method, by name and unit of the error; None if it is unknown.
+
+        They are the columns of a table.
+        """
         return {
             ("equation error", "%"): tuple(v.equation_error_percent for v in self),
             ("on its own record", "%"): tuple(v.own_equation_error_percent for v in self),
@@ -205,16 +211,20 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        """Findings to be reported: missing simulations, failed checks, or that all hold."""
+        """Findings to be reported: missing simulations, failed checks, and the confirmation.
+
+        The confirmation of the estimates is missing if the record does not confirm all of them.
+        """
         reasons = dict.fromkeys(v.reason for v in self if v.reason)
-        unmade = [NoSimulation(reason=reason) for reason in reasons]
-        failing = [check.finding for check in self.checks if check.status == "fail"]
-        held = [self._held()] if self.holds and not self.same_record else []
-        return (*unmade, *failing, *held)
+        found: list[Finding] = [NoSimulation(reason=reason) for reason in reasons]
+        found += [check.finding for check in self.checks if check.status == "fail"]
+        if self.holds and not self.same_record:
+            found.append(self._confirmation())
+        return tuple(found)
 
     @property
     def same_record(self) -> bool:
-        """True for the record that the estimates were made from, or a part of it."""
+        """True if the estimates were made from this record, or from a record that contains it."""
         return self.known_share >= MIN_COMMON_SAMPLES.value
 
     @property
@@ -224,25 +234,25 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def holds(self) -> bool:
-        """True if the record follows the declared law, and every estimate holds on it."""
+        """True if the record does not contradict the declared law, and confirms every estimate."""
         return self.has_declared_law and all(v.holds for v in self)
 
     @property
     def check(self) -> Check:
         """Combination of all checks as one check, for the verdict of the validated result.
 
-        It fails if a check fails. Known samples alone only give a note, as they are no evidence
-        against the estimates.
+        It fails if a check fails. If only the check of known samples fails, it is a note, because
+        known samples are no evidence against the estimates.
         """
         failed = [check for check in self.checks if check.status == "fail"]
-        against = tuple(check.line for check in failed if check.name != _REPEATED)
-        if failed and not against:
+        lines = tuple(check.line for check in failed if check.name != _REPEATED)
+        if failed and not lines:
             return Check(name="validation", status="note", finding=failed[0].finding)
-        fault = EstimatesDoNotHold(failed=against) if against else None
-        return Check.unless("validation", fault, self._held())
+        fault = EstimatesDoNotHold(failed=lines) if lines else None
+        return Check.unless("validation", fault, self._confirmation())
 
-    def _held(self) -> EstimatesHold:
-        """Return the finding that the estimates hold on the record."""
+    def _confirmation(self) -> EstimatesHold:
+        """Return the finding that the record confirms the estimates."""
         return EstimatesHold(
             passed=tuple(check.finding for check in self.checks if check.status == "pass"),
             is_reestimated=any(v.reestimate for v in self),
@@ -251,13 +261,13 @@ class Validation(Checked, Presentable, Exact):
     def _force(self) -> Check:
         """Return the check of the equation errors on this record.
 
-        It passes if no equation error exceeds both a limit in % and twice that on the estimate's
-        own record (`fits`). The part of the error that may be chance is subtracted first. The
-        figure is the largest error, of the failed methods if any fail.
+        It fails if an equation error exceeds both a limit in % and twice the error on the
+        estimate's own records (`fits`). The part of the error that may be chance is subtracted
+        first. The figure is the largest error, of the failed methods if any fail.
         """
         failed = tuple(v.method for v in self if not v.fits)
-        told = [v for v in self if not v.fits] or [*self]
-        largest = max(v.least_equation_error_percent for v in told)
+        shown = [v for v in self if not v.fits] or [*self]
+        largest = max(v.least_equation_error_percent for v in shown)
         return Check(
             name="equation error",
             status=status_of(not failed),
@@ -272,23 +282,27 @@ class Validation(Checked, Presentable, Exact):
         )
 
     def _loop(self) -> Check:
-        """Return the check of the simulated loop; not evaluated if the law or the force fails."""
-        lost = [v for v in self if v.fits and not v.follows]
-        shown = lost or [v for v in self if v.tracking_error_percent is not None]
+        """Return the check of the simulated loop.
+
+        It is not evaluated if the record contradicts the declared law, or if no position error is
+        known. Methods whose equation error is too large do not fail this check as well.
+        """
+        failed = [v for v in self if v.fits and not v.follows]
+        shown = failed or [v for v in self if v.tracking_error_percent is not None]
         if not (self.has_declared_law and shown):
             reasons = [v.reason for v in self if v.reason]
-            usual = "the control law of this record is another one, or the record has no position"
-            reason = [*reasons, usual][0]
+            usual = "the record follows another control law, or has no position"
+            reason = reasons[0] if reasons else usual
             if isinstance(self.law, NotUsed):
                 return Check.not_evaluated("simulation", NotUsed(reason))
             return Check.not_evaluated("simulation", Missing(reason))
         worst = max(shown, key=lambda v: v.tracking_error_percent or 0.0)
         return Check(
             name="simulation",
-            status=status_of(not lost),
+            status=status_of(not failed),
             figure=worst.tracking_error_percent or 0.0,
             finding=SimulationOnRecord(
-                failed=tuple(v.method for v in lost),
+                failed=tuple(v.method for v in failed),
                 by_position=not worst.follows_position,
                 tracking_error_percent=worst.tracking_error_percent,
                 own_tracking_error_percent=worst.own_tracking_error_percent,
@@ -302,17 +316,17 @@ class Validation(Checked, Presentable, Exact):
 
         It is not evaluated if the record does not determine them.
         """
-        again = {v.method: v.reestimate for v in self if v.reestimate is not None}
-        if not again:
+        differences = {v.method: v.reestimate for v in self if v.reestimate is not None}
+        if not differences:
             why = "the parameters cannot be estimated from the second record"
             return Check.not_evaluated("records alike", Missing(why))
         changed = {v.method: v.changed for v in self if v.changed}
         compared = tuple[DifferingParameter, ...]()
         if changed:
-            most = max(changed, key=lambda method: again[method].share_percent)
-            compared = again[most].parameters(changed[most])
-        told = [again[method] for method in changed] or [*again.values()]
-        largest = max(each.share_percent for each in told)
+            most = max(changed, key=lambda method: differences[method].share_percent)
+            compared = differences[most].parameters(changed[most])
+        shown = [differences[method] for method in changed] or [*differences.values()]
+        largest = max(each.share_percent for each in shown)
         return Check(
             name="records alike",
             status=status_of(not changed),
@@ -336,7 +350,7 @@ class FitValidation(Checked, Presentable, Exact):
     unit : str
         Unit of the output.
     horizon : float or None
-        Requested length of the windows of an open loop, s.
+        Requested length of the windows of an open loop, s; None for a closed loop.
     windows : tuple of slice
         Rows of the errors by window of an open loop, or by segment of the record.
     errors : (n,) array
@@ -348,9 +362,9 @@ class FitValidation(Checked, Presentable, Exact):
     percent : float
         Root mean square of the errors, relative to that of the recorded output, %.
     checks : tuple of Check
-        Checks of the output, compared with the fit's own records, and of signs that the record is
-        of another axis (a record does not contain its axis): another control law, or another
-        sampling period than that of the fit's records.
+        Checks of the output, compared with the fit's own records, and of two signs that the record
+        is of another axis: it follows another control law, or its sampling period differs from that
+        of the fit's records. A record does not name its axis.
     """
 
     record: Record
@@ -366,7 +380,7 @@ class FitValidation(Checked, Presentable, Exact):
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        """Findings of the checks that are a note or failed."""
+        """Findings of the checks that failed or are a note."""
         return tuple(check.finding for check in self.checks if check.status in ("note", "fail"))
 
     @property
@@ -376,9 +390,9 @@ class FitValidation(Checked, Presentable, Exact):
 
 
 def checked_law(law: LawAgreement | Missing, result: Literal["estimates", "fit"]) -> Check:
-    """Return the check of the declared law on a second record of a result.
+    """Return the check of the declared law on a second record.
 
-    It is not evaluated if the law cannot be compared. `result` names what is validated.
+    It is not evaluated if the law cannot be compared. `result` is the kind of the validated result.
     """
     found = law_check(law)
     if isinstance(found, Missing):
@@ -389,13 +403,15 @@ def checked_law(law: LawAgreement | Missing, result: Literal["estimates", "fit"]
 
 
 def is_as_small(found: float | None, own: float | None, most: float) -> bool:
-    """Return True if an error on a second record is small, or unknown.
+    """Return True if an error on a second record is small, or if one of the errors is unknown.
+
+    An error is small up to a limit in %, and up to twice the error on the estimate's own records.
 
     Parameters
     ----------
     found, own : float or None
-        Error on the second record, and on the estimate's own record, %; None if unknown.
+        Error on the second record, and on the estimate's own records, %; None if unknown.
     most : float
-        Limit below which an error is small, %; also if it is at most twice the own error.
+        Limit, %.
     """
     return found is None or own is None or found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)

@@ -38,18 +38,19 @@ def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
     Raises
     ------
     UsageError
-        The noise is no Chain; it has motions that begin at a random place within an encoder step,
-        but no encoder step; several twins would be equal; or it has jitter or noise that the law
-        does not read, which twins of an experiment do not have.
+        The noise is no Chain; its motions begin at a random place within an encoder step, but it
+        has no encoder step; several twins would be equal; or the noise has jitter or position noise
+        that the law does not read, which twins of an experiment do not have.
     ModelError
-        It has disturbances, and the drive logs the acting control.
+        The noise has disturbances, and the drive logs the acting control.
     """
     noise = Chain.of_experiment(twin.axis) if given is None else given
     if not isinstance(noise, Chain):
         raise UsageError(
-            f"the noise is {quoted(noise)}. Give a Chain, or leave it out.",
+            f"the noise is {quoted(noise)}. Give a Chain, or omit noise.",
             code="noise",
         )
+    # Condition, type of the error, and the sentence after "the twins of AXIS".
     for is_wrong, kind, text in (
         (
             noise.jitter or not noise.is_measured_by_law,
@@ -60,20 +61,20 @@ def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
         (
             noise.disturbances and twin.axis.drive.logs_what_acts,
             ModelError,
-            "log the acting control, which includes a disturbance. Leave the disturbance out, or "
+            "log the acting control, which includes a disturbance. Omit the disturbance, or "
             "declare a drive that logs its command",
         ),
         (
             noise.anywhere and not noise.position_step,
             UsageError,
             "start at a random place within an encoder step, but their encoder has no resolution. "
-            "Give a resolution, or leave out the random start",
+            "Give a resolution, or omit the random start",
         ),
         (
             runs != 1 and not noise.is_random,
             UsageError,
-            "would all be the same, because their noise is not random. Give noise, one run, or an "
-            "encoder resolution with a random start",
+            "would all be the same, because their noise is not random. Give random noise, only one "
+            "run, or an encoder resolution with a random start",
         ),
     ):
         if is_wrong:
@@ -106,12 +107,14 @@ def declared_chain(
     control, disturbance : float, optional
         Standard deviations in the drive's unit; none by default.
     correlation_time : float, optional
-        Correlation time of both, s; white by default.
+        Correlation time of control noise and disturbance, s; white by default.
     """
 
     def coloured(deviation: float | None) -> Autoregressions:
-        """Return one autoregression, or none for a standard deviation of 0 or None."""
-        return ((correlation_time or 0.0, deviation),) if deviation else ()
+        """Return one autoregression with a standard deviation; none for 0 or None."""
+        if not deviation:
+            return ()
+        return ((correlation_time or 0.0, deviation),)
 
     return replace(
         chain,
@@ -126,14 +129,14 @@ def declared_chain(
 
 
 def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
-    """Return the noise figures of a noise model (`Chain`), by name, as `declared_chain` takes them.
+    """Return the figures of a noise model (`Chain`) by the names of `declared_chain`'s arguments.
 
     Several autoregressions are summarised by the standard deviation of their sum and by the longest
     correlation time.
     """
-    control, disturbance = (
-        math.hypot(*(sd for _, sd in parts)) for parts in (chain.control, chain.disturbances)
-    )
+    control = math.hypot(*(deviation for _, deviation in chain.control))
+    disturbance = math.hypot(*(deviation for _, deviation in chain.disturbances))
+    times = [time for time, _ in (*chain.control, *chain.disturbances)]
     return {
         "position": chain.position,
         "resolution": chain.position_step,
@@ -142,9 +145,7 @@ def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
         "acceleration": chain.acceleration,
         "control": control,
         "disturbance": disturbance,
-        "correlation_time": max(
-            (time for time, _ in (*chain.control, *chain.disturbances)), default=0.0
-        ),
+        "correlation_time": max(times, default=0.0),
     }
 
 
@@ -162,17 +163,16 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
     Raises
     ------
     UsageError
-        The arguments are not valid, or a name is no parameter.
+        The arguments are not valid, or a name is not that of a parameter.
     """
     declared = axis.declared
     before = declared.experiment
     if moves is None and (before is None or not truth):
         return axis  # an axis without an experiment is refused later
     known = {} if before is None else before.truth
-    changed: dict[str, Any] = {
-        "truth": {**known, **by_name(truth, "true values")},
-        **({} if moves is None else {"moves": moves}),
-    }
+    changed: dict[str, Any] = {"truth": {**known, **by_name(truth, "true values")}}
+    if moves is not None:
+        changed["moves"] = moves
     try:
         given = Experiment(**changed) if before is None else replace(before, **changed)
         declared = replace(declared, experiment=given)
@@ -197,12 +197,12 @@ def _draws(seed: int, run: int, stream: int) -> AntitheticDraws:
 def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:
     """Yield the number of each run with its simulated record.
 
-    The record is replaced by a text, the reason, if the simulation fails.
+    If a simulation fails, the reason, as text, is yielded instead of the record.
     """
-    made = twin_plan(plan.twin)
+    plan_of_twin = twin_plan(plan.twin)
     for run in runs:
         try:
-            yield run, drawn_twin(made, plan.noise, plan.seed, run)
+            yield run, drawn_twin(plan_of_twin, plan.noise, plan.seed, run)
         except AxisidError as error:
             yield run, str(error)
 
@@ -217,7 +217,7 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     noise : Chain
         Noise of the record.
     seed, run : int
-        Seed of a study and number of its run, which has the same noise.
+        Seed of the study, and number of the run, from 0. The same two give the same noise.
 
     Raises
     ------
@@ -225,51 +225,66 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
         The loop diverges, or the axis is at standstill while its reference moves.
     """
     draws, step = partial(_draws, seed, run), noise.position_step
+    # The motion begins at a random place within an encoder step, if the noise has such a start.
     begin = noise.anywhere * step / 2 + noise.drawn_offset(draws(_OFFSET))
     experiment = replace(plan.experiment, resolution=step)
-    own = disturbed = replace(plan, reference=plan.reference + begin, experiment=experiment)
+    undisturbed = replace(plan, reference=plan.reference + begin, experiment=experiment)
+    disturbed = undisturbed
     if noise.disturbances:
         disturbance = noise.drawn_disturbance(draws(_DISTURBANCE), len(plan.reference), plan.period)
-        disturbed = replace(own, injected=disturbance, injected_at="control")
-    loop = disturbed.loop(lambda count: noise.position * draws(_POSITION).normal(count))
-    if still := _at_rest(own, loop.position):
-        raise EstimationError(still, code="twin")
+        disturbed = replace(undisturbed, injected=disturbance, injected_at="control")
+
+    def position_noise(count: int) -> Array:
+        """Return the noise of the position at the first samples, (count,)."""
+        return noise.position * draws(_POSITION).normal(count)
+
+    loop = disturbed.loop(position_noise)
+    reason = _reason_of_standstill(undisturbed, loop.position)
+    if reason:
+        raise EstimationError(reason, code="twin")
     if noise.disturbances:  # disturbances are not logged
         loop = replace(loop, control=loop.control - disturbance)
+    # Velocity and acceleration are logged only if the noise model has their noise.
     velocity = acceleration = None
     if noise.velocity is not None:
         velocity = loop.velocity
     if noise.acceleration is not None:
-        acceleration = own.acceleration(loop)
+        acceleration = undisturbed.acceleration(loop)
     source = f"twin {run + 1} of {plan.axis.name}, seed {seed}"
-    record = own.record(loop, source, velocity, acceleration)
+    record = undisturbed.record(loop, source, velocity, acceleration)
     return record.with_values(**noise.logged(record, draws(_SENSORS), draws(_CONTROL)))
 
 
-def _at_rest(plan: TwinPlan, position: Array) -> str:
-    """Return the reason if a twin does not move, by its noise-free position, (N,); else ""."""
+def _reason_of_standstill(plan: TwinPlan, position: Array) -> str:
+    """Return the reason why a twin does not move, as a sentence; empty if it moves.
+
+    `position`, (N,), is its position without noise. A constant reference needs no motion.
+    """
     if np.ptp(position) or not np.ptp(plan.reference):
         return ""
     return (
         f"axis {plan.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
-        "friction is larger than the force of the drive. Give true values with which it moves."
+        "friction is larger than the force of the drive. Give true values with which the axis "
+        "moves."
     )
 
 
 def are_lanes(plan: MonteCarloPlan) -> bool:
     """Return True if runs without a verdict can be simulated and identified in parallel lanes."""
-    made, settings = twin_plan(plan.twin), plan.settings
+    twin, settings = twin_plan(plan.twin), plan.settings
     return (
+        # One method of `identify` with default settings, and no base parameters.
         len(plan.methods) == len(plan.regressions) == 1
         and (settings["start"], settings["loss"]) == (INSTRUMENT_STARTS[0], ROW_LOSSES[0])
         and plan.axis.names == tuple(p.name for p in plan.axis.declared.parameters)
-        and made.clocks is None
-        and not (made.signals or made.axis.signals)
-        and made.axis.response is None
-        and not made.axis.drive.logs_what_acts
-        # Batched twins differ only by the noise of their position and of their logged control.
+        # A loop that the batched simulation can run.
+        and twin.clocks is None
+        and not (twin.signals or twin.axis.signals)
+        and twin.axis.response is None
+        and not twin.axis.drive.logs_what_acts
+        # Twins that differ only by the noise of their position and of their logged control.
         and replace(plan.noise, position=0.0, control=()) == Chain()
-        and is_served(plan.axis, made.period, plan.methods[0])
+        and is_served(plan.axis, twin.period, plan.methods[0])
     )
 
 
@@ -287,11 +302,19 @@ def twin_lanes(
     runs : sequence of int
         Numbers of the runs.
     threads : int or None
-        Threads of the simulation.
+        Threads of the simulation; None for the default of `simulate_batch`.
+
+    Returns
+    -------
+    RecordLanes
+        Reference, positions, controls and period of the records.
+    mapping of int to str
+        Reasons why the simulation of a lane failed, by number of the lane.
     """
     plan = twin_plan(twin)
-    drawn = (_draws(seed, run, _POSITION).normal(len(plan.reference)) for run in runs)
-    noise = chain.position * np.column_stack([*drawn])
+    samples = len(plan.reference)
+    drawn = [_draws(seed, run, _POSITION).normal(samples) for run in runs]
+    noise = chain.position * np.column_stack(drawn)
     batch = simulate_batch(
         plan.axis,
         np.tile(plan.truth, (len(runs), 1)),
@@ -303,14 +326,20 @@ def twin_lanes(
     )
     unsimulated = dict(batch.failures)
     for lane, position in enumerate(batch["position"].T):
-        if lane not in unsimulated and (still := _at_rest(plan, position)):
-            unsimulated[lane] = still
-    noise += batch["position"]
+        if lane in unsimulated:
+            continue
+        reason = _reason_of_standstill(plan, position)
+        if reason:
+            unsimulated[lane] = reason
+    # The logged signals: position and control with their noise.
+    logged_position = noise
+    logged_position += batch["position"]
     control = batch["control"]
-    for lane, run in enumerate(runs if chain.control else ()):
-        drawn_control = _draws(seed, run, _CONTROL)
-        control[:, lane] = chain.logged_control(drawn_control, control[:, lane], plan.period)
+    if chain.control:
+        for lane, run in enumerate(runs):
+            drawn_control = _draws(seed, run, _CONTROL)
+            control[:, lane] = chain.logged_control(drawn_control, control[:, lane], plan.period)
     lanes = RecordLanes(
-        reference=plan.reference, position=noise, control=control, period=plan.period
+        reference=plan.reference, position=logged_position, control=control, period=plan.period
     )
     return lanes, unsimulated

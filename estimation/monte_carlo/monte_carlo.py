@@ -50,56 +50,66 @@ from .runs import (
     lost_block,
 )
 
-_RUNS = 16  # first runs that are calibrated by simulated replicas
+_CALIBRATION_RUNS = 16  # first runs, from which the calibration is determined
+# index of the HAC standard error among the numbers of an estimand, see `BlockNumbers`; both bounds
+# of its interval follow
 _HAC = 2 + 3 * INTERVALS.index("hac")
 
-_NONE = np.array([0.0, 1.0, 1.0])
+_NO_CALIBRATION = np.array([0.0, 1.0, 1.0])  # bias, and factors of standard error and width
 
 
 @np.errstate(all="ignore")  # of runs without an estimate
 def study_calibrations(plan: MonteCarloPlan) -> dict[Estimand, Array]:
     """Return the calibration of each estimand by simulated replicas, (3,).
 
-    The three numbers are the bias, the factor of the HAC standard error, and that of the width of
-    its interval. They are means over the first runs, which are identified with and without
+    The three numbers are the bias, the factor of the HAC standard error, and the factor of the
+    width of its interval. They are means over the first runs, which are identified with and without
     replicas. Empty if no replicas or no method of `identify` are planned.
     """
     if not (plan.bootstrap and plan.regressions):
         return {}
-    first, own = range(min(_RUNS, plan.runs)), replace(plan, methods=plan.regressions, checks=0)
-    both = joined([block_numbers(own, first, bootstrapped=first.stop), block_numbers(own, first)])
-    found, plain = np.split(both.numbers, 2)
-    widths = (found[..., _HAC + 2] - found[..., _HAC + 1]) / (
+    # The first runs with replicas, then the same runs without replicas.
+    first = range(min(_CALIBRATION_RUNS, plan.runs))
+    estimates_only = replace(plan, methods=plan.regressions, checks=0)
+    with_replicas = block_numbers(estimates_only, first, bootstrapped=first.stop)
+    both = joined([with_replicas, block_numbers(estimates_only, first)])
+    calibrated, plain = np.split(both.numbers, 2)
+    bias = calibrated[..., 0] - calibrated[..., 1]
+    factors = calibrated[..., _HAC] / plain[..., _HAC]
+    widths = (calibrated[..., _HAC + 2] - calibrated[..., _HAC + 1]) / (
         plain[..., _HAC + 2] - plain[..., _HAC + 1]
     )
-    figures = found[..., 0] - found[..., 1], found[..., _HAC] / plain[..., _HAC], widths
-    means = np.ma.masked_invalid(np.stack(figures, axis=-1)).mean(axis=0).filled(_NONE)
+    figures = np.stack((bias, factors, widths), axis=-1)
+    means = np.ma.masked_invalid(figures).mean(axis=0).filled(_NO_CALIBRATION)
     return dict(zip(both.estimands, means, strict=True))
 
 
 def calibrated_runs(
     numbers: BlockNumbers, calibrations: Mapping[Estimand, Array], judged: int
 ) -> BlockNumbers:
-    """Return the numbers of runs, with those of runs without simulated replicas calibrated.
+    """Return the numbers of runs, calibrated for the runs without simulated replicas.
 
-    Values and bounds are corrected for bias; HAC standard errors and intervals are scaled.
+    Values and bounds are corrected for bias; HAC standard errors and intervals are scaled. Runs
+    with replicas are unchanged, because their numbers are calibrated already.
 
     Parameters
     ----------
     numbers : BlockNumbers
         Numbers of the runs, sorted by run.
     calibrations : mapping of Estimand to (3,) array
-        As from `study_calibrations`.
+        As from `study_calibrations`; other estimands are unchanged.
     judged : int
         Number of first runs that have replicas.
     """
     changed, first = numbers.numbers.copy(), int(np.searchsorted(numbers.runs, judged))
-    known = [calibrations.get(estimand, _NONE) for estimand in numbers.estimands]
+    known = [calibrations.get(estimand, _NO_CALIBRATION) for estimand in numbers.estimands]
     bias, scale, width = np.reshape(known, (-1, 3)).T
-    own = changed[first:]
+    own = changed[first:]  # a view: the runs without replicas
+    # Subtract the bias from the corrected value, and from both bounds of every interval.
     own[..., 1] -= bias
     own[..., 3::3] -= bias[:, None]
     own[..., 4::3] -= bias[:, None]
+    # Scale the HAC standard error, and the HAC interval about the corrected value.
     own[..., _HAC] *= scale
     corrected, ends = own[..., 1:2], own[..., _HAC + 1 : _HAC + 3]
     ends[:] = corrected + (ends - corrected) * width[:, None]
@@ -146,21 +156,21 @@ def monte_carlo(
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-        Axis to identify; it declares a control law and an experiment, unless `twin` does.
+        Axis to identify. Without `twin`, it must declare a control law and an experiment.
     runs : int
         Number of twins.
     methods : str or sequence of str, optional
-        From `METHODS`, None or ``"all"`` for all of them, and output-error fits by their output,
-        ``"fit:control"``, with the default settings of `fit`. A twin that a method refuses is a
-        failure of the run, not of the study.
+        Names of `METHODS`, or None or ``"all"`` for all methods; and output-error fits by their
+        output, such as ``"fit:control"``, with the default settings of `fit`. If a method refuses a
+        twin, the run fails, but not the study.
     prefilter : Prefilter, optional
         As in `identify`.
     noise : Chain, optional
         Declared noise, or that estimated from a record (`Estimate.inference`, its ``chains``); the
         experiment's by default.
     twin : Axis or GeneratedAxis, optional
-        Axis to simulate, if the model is to be wrong: other friction, another law. By default the
-        same axis.
+        Axis to simulate; by default the identified axis. Another axis, with other friction or
+        another law, shows the effect of a wrong model.
     truth : mapping of str to float, optional
         True values of the twin by name, SI; the experiment's by default.
     moves : sequence of Move, optional
@@ -177,11 +187,11 @@ def monte_carlo(
     level, least_share : float
         As in `identify` and `fit`, for the verdicts.
     jobs : int
-        Number of processes. They are new ones: a script that asks for several needs the guard
-        ``if __name__ == "__main__":``.
+        Number of processes. With several processes, new ones are started, so that a script needs
+        the guard ``if __name__ == "__main__":``.
     executor : Executor, optional
-        Runs the blocks instead of processes: any of `concurrent.futures`, or Dask's through
-        ``Client.get_executor()``.
+        Executor that runs the blocks instead of `jobs` processes: one of `concurrent.futures`, or
+        that of Dask, ``Client.get_executor()``.
     block : int
         Number of runs that are simulated together in one process.
     progress : callable, optional
@@ -204,21 +214,22 @@ def monte_carlo(
 
     Notes
     -----
-    Memory holds the signals of one block for each process, and about 0.1 kB of numbers for each run
-    and parameter.
+    The memory has the signals of one block for each process, and about 0.1 kB of numbers for each
+    run and parameter.
     """
     refuse(
         UsageError,
-        *(
-            (
-                not (is_whole(value) and value >= 1),
-                f"{what}={quoted(value)}. Give a whole number of 1 or more",
-            )
-            for what, value in (("block", block), ("jobs", jobs))
+        (
+            not (is_whole(block) and block >= 1),
+            f"the argument block is {quoted(block)}. Give a whole number of 1 or more",
+        ),
+        (
+            not (is_whole(jobs) and jobs >= 1),
+            f"the argument jobs is {quoted(jobs)}. Give a whole number of 1 or more",
         ),
         (
             executor is not None and jobs != 1,
-            "both jobs and an executor are given. Give one of them",
+            "both jobs and an executor are given. Give either jobs or an executor",
         ),
         (
             not isinstance(executor, (Executor, type(None))),
@@ -227,8 +238,8 @@ def monte_carlo(
         ),
         (
             not (keep is None or callable(keep)),
-            f"the argument keep is {quoted(keep)}. Give a function of a MonteCarlo, or leave it "
-            "out",
+            f"the argument keep is {quoted(keep)}. Give a function that takes a MonteCarlo, or "
+            "omit keep",
         ),
         code="study",
     )
@@ -236,15 +247,15 @@ def monte_carlo(
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
     check_twin_count(bootstrap)
-    made = twin_of(simulated, {} if truth is None else truth, moves)
+    twin_axis = twin_of(simulated, {} if truth is None else truth, moves)
     plan = MonteCarloPlan(
         axis=generated,
-        twin=made,
+        twin=twin_axis,
         runs=runs,
         seed=seed,
         methods=_methods(methods),
-        noise=noise_of(noise, made, runs),
-        prefilter=Prefilter.given(prefilter).at_rate_of(twin_plan(made).period),
+        noise=noise_of(noise, twin_axis, runs),
+        prefilter=Prefilter.given(prefilter).at_rate_of(twin_plan(twin_axis).period),
         checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
         bootstrap=bootstrap,
@@ -256,17 +267,25 @@ def monte_carlo(
 def _methods(methods: object) -> tuple[str, ...]:
     """Return the names of the requested methods, then of the requested fits, each once.
 
-    A fit is one of an output, such as ``fit:control``. None and ``all`` stand for all methods,
-    without the fits. Fits alone request no method. Unknown names, and an empty list, are refused.
+    A fit has the name of its output, such as ``fit:control``. None and ``all`` stand for all
+    methods, without the fits. A list of fits alone requests no method.
+
+    Raises
+    ------
+    UsageError
+        A name is unknown, or the list is empty.
     """
     if methods is None:
         methods = "all"
     names = listed(methods)
     fits = [each for each in names if isinstance(each, str) and fitted_output(each)]
-    check_among(*(("fit", each, fit_names()) for each in fits))
+    for each in fits:
+        check_among(("fit", each, fit_names()))
     others = [each for each in names if each not in fits]
-    named = (requested_methods(others) or method_names()) if others or not fits else ()
-    return tuple(dict.fromkeys((*named, *fits)))
+    requested: tuple[str, ...] = ()
+    if others or not fits:
+        requested = requested_methods(others) or method_names()
+    return tuple(dict.fromkeys((*requested, *fits)))
 
 
 def _run(
@@ -277,10 +296,10 @@ def _run(
     progress: Progress | None,
     keep: Keep | None,
 ) -> MonteCarlo:
-    """Run the study in blocks and return its result; it does not depend on the processes.
+    """Run the study in blocks and return its result, which does not depend on the processes.
 
-    If the study ends early, `keep` gets the finished runs. Other arguments are those of
-    `monte_carlo`.
+    If the study ends early, `keep` is called with the finished runs. The other arguments are those
+    of `monte_carlo`.
 
     Raises
     ------
@@ -296,31 +315,34 @@ def _run(
     results = run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor)
     begin, done, count = monotonic(), list[BlockNumbers](), 0
     try:
+        # Collect the blocks as they finish.
         with contextlib.closing(results):
-            for place, result in results:
-                some = blocks[place]
+            for index, result in results:
+                runs_of_block = blocks[index]
                 if not isinstance(result, Failure):
                     done.append(result)
                 elif result.kind == "error":
                     raise EstimationError(
-                        f"the runs {some[0]} to {some[-1]} failed: {result.reason}.", code="study"
+                        f"the runs {runs_of_block[0]} to {runs_of_block[-1]} failed: "
+                        f"{result.reason}.",
+                        code="study",
                     )
-                else:
-                    done.append(lost_block(some, result.reason))  # the process was killed
-                count += len(some)
+                else:  # the process was killed
+                    done.append(lost_block(runs_of_block, result.reason))
+                count += len(runs_of_block)
                 if progress is not None and count < plan.runs:
                     remaining = pace(count, plan.runs, monotonic() - begin)
                     progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {remaining}")
     except BaseException:
         if keep is not None and done:
-            keep(
-                MonteCarlo(
-                    plan=plan, numbers=calibrated_runs(joined(done), calibrations, plan.checks)
-                )
-            )
+            numbers = calibrated_runs(joined(done), calibrations, plan.checks)
+            keep(MonteCarlo(plan=plan, numbers=numbers))
         raise
-    if not (numbers := joined(done)).estimands:
+    numbers = joined(done)
+    if not numbers.estimands:
         reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in numbers.failures)
-        listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
-        raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")
+        listed_reasons = "; ".join(each.removesuffix(".") for each in [*reasons][:_MOST_REASONS])
+        raise EstimationError(
+            f"no twin gave an estimate. {listed_reasons}.", code="no-twin-identified"
+        )
     return MonteCarlo(plan=plan, numbers=calibrated_runs(numbers, calibrations, plan.checks))

@@ -44,12 +44,12 @@ class MonteCarloPlan:
     checks : int
         Number of runs with a verdict, from the first on.
     settings : mapping of str to object
-        Other arguments of `identify`: ``covariance``, ``lags``, ``start``, ``loss``; not used by
-        fits.
+        Other arguments of `identify`: ``covariance``, ``lags``, ``start``, ``loss``. Fits do not
+        use them.
     bootstrap : int
         Number of simulated replicas for bias and HAC standard errors of an estimate; 0 for none.
     levels : Levels
-        Levels of the verdicts.
+        Thresholds of the checks.
     """
 
     axis: GeneratedAxis
@@ -65,27 +65,35 @@ class MonteCarloPlan:
     levels: Levels = DEFAULT_LEVELS
 
     def __post_init__(self) -> None:
-        refuse(
-            UsageError,
-            *(
-                (
-                    not (is_whole(value) and least <= value <= most),
-                    f"the {what} {quoted(value)}. Give a whole number of {least} or more; runs are "
-                    f"at most {_MOST_RUNS:,}, as their numbers are in memory together",
-                )
-                for what, value, least, most in (
-                    ("runs are", self.runs, 1, _MOST_RUNS),
-                    ("seed is", self.seed, 0, math.inf),
-                    ("checks are", self.checks, 0, math.inf),
-                )
+        """Refuse numbers that are not whole or out of range, and make `settings` read-only."""
+        for what, value, least, most, expected in (
+            (
+                "number of runs",
+                self.runs,
+                1,
+                _MOST_RUNS,
+                f"from 1 to {_MOST_RUNS:,}, because the numbers of all runs are kept in memory",
             ),
-            code="study",
-        )
+            ("seed", self.seed, 0, math.inf, "of 0 or more"),
+            ("number of checks", self.checks, 0, math.inf, "of 0 or more"),
+        ):
+            is_right = is_whole(value) and least <= value <= most
+            refuse(
+                UsageError,
+                (
+                    not is_right,
+                    f"the {what} is {quoted(value)}. Give a whole number {expected}",
+                ),
+                code="study",
+            )
         object.__setattr__(self, "settings", FrozenMapping(self.settings))
 
     @property
     def is_right(self) -> bool:
-        """True if the identified model is the simulated one, with correct exactly known values."""
+        """True if the identified model is the simulated model, and its exact known values are true.
+
+        Known values with a standard deviation may differ from the true values.
+        """
         if self.axis.signature != self.twin.signature:
             return False
         true = twin_plan(self.twin).true_values
@@ -107,5 +115,8 @@ class MonteCarloPlan:
 
 
 def interval_covariance(method: str, chosen: str) -> str:
-    """Return the covariance of the printed intervals of a method: the chosen one, or coloured."""
+    """Return the name of the covariance of a method's printed intervals.
+
+    It is ``coloured`` for a fit, and the `chosen` covariance for a method of `identify`.
+    """
     return COLOURED if fitted_output(method) else chosen

@@ -44,12 +44,14 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
     numbers: BlockNumbers
 
     def __repr__(self) -> str:
+        """Return the name of the axis, the number of twins and the methods."""
         return (
             f"Monte-Carlo study of {self.plan.axis.name}: {len(self)} twins by "
             f"{', '.join(self.plan.methods)}"
         )
 
     def __len__(self) -> int:
+        """Return the number of finished runs."""
         return len(self.numbers.runs)
 
     @property
@@ -79,37 +81,38 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     def deviations(self, of: str) -> Array:
         """Return the standard errors by run and estimand, (R, e), of a kind of `INTERVALS`."""
-        return self._stated(of)[:, :, 0]
+        return self._with_intervals(of)[:, :, 0]
 
     def intervals(self, of: str) -> Array:
         """Return the bounds of the 95 % intervals, (R, e, 2), of a kind of `INTERVALS`."""
-        return self._stated(of)[:, :, 1:]
+        return self._with_intervals(of)[:, :, 1:]
 
-    def _stated(self, of: str) -> Array:
-        """Return standard errors and bounds, (R, e, 3), of a kind of `INTERVALS`."""
+    def _with_intervals(self, of: str) -> Array:
+        """Return standard errors and both bounds, (R, e, 3), of a kind of `INTERVALS`."""
         check_among(("interval", of, INTERVALS))
-        place = 2 + 3 * INTERVALS.index(of)
-        return self.numbers.numbers[:, :, place : place + 3]
+        first = 2 + 3 * INTERVALS.index(of)
+        return self.numbers.numbers[:, :, first : first + 3]
 
     @cached_property
     def truths(self) -> Array:
         """True values of the estimands, (e,); not a number if the twin lacks the parameter."""
         known = twin_plan(self.plan.twin).true_values
         direct = {method: self._direct_truths(method, known) for method in self.plan.methods}
-        truths = [
-            (direct[each.method] if each.kind == DIRECT else known).get(each.name, np.nan)
-            for each in self.estimands
-        ]
+        truths = []
+        for estimand in self.estimands:
+            by_name = direct[estimand.method] if estimand.kind == DIRECT else known
+            truths.append(by_name.get(estimand.name, np.nan))
         return np.array(truths, dtype=float)
 
     def _direct_truths(self, method: str, known: Mapping[str, float]) -> dict[str, float]:
-        """Return the true parameters of a method's direct model by name; empty if not known.
+        """Return the true parameters of a method's direct model by name.
 
-        `known` has the true values of the physical parameters by name.
+        Empty for other methods, and if a true value is not known. `known` has the true values of
+        the physical parameters by name.
         """
         axis = self.plan.axis
-        shown = any((each.method, each.kind) == (method, DIRECT) for each in self.estimands)
-        if not shown or any(name not in known for name in axis.names):
+        is_direct = any((each.method, each.kind) == (method, DIRECT) for each in self.estimands)
+        if not is_direct or any(name not in known for name in axis.names):
             return {}
         form = METHODS[method].form(axis)
         true = form.regressed(np.array([known[name] for name in axis.names]))
@@ -117,45 +120,54 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @cached_property
     def outcomes(self) -> dict[int, tuple[str, str]]:
-        """Outcome of each finished run, ``ok``, ``partly`` or ``failed``, with the reasons."""
+        """Outcome of each finished run, with the reasons of its failures as text, by run.
+
+        The outcome is ``ok`` without a failure, ``failed`` if the simulation or all methods failed,
+        and ``partly`` otherwise.
+        """
         failures: dict[int, list[FailedRun]] = {run: [] for run in self.numbers.runs.tolist()}
         for failed in self.failures:
             failures[failed.run].append(failed)
         found = {}
         for run, of_run in failures.items():
-            lost = {each.of for each in of_run}
-            whole = SIMULATION in lost or lost >= {*self.plan.methods}
-            status = "failed" if whole else "partly" if lost else "ok"
+            failed_parts = {each.of for each in of_run}
+            status = "ok"
+            if SIMULATION in failed_parts or failed_parts >= {*self.plan.methods}:
+                status = "failed"
+            elif failed_parts:
+                status = "partly"
             found[run] = status, "; ".join(f"{each.of}: {each.reason}" for each in of_run)
         return found
 
     @cached_property
     def figures(self) -> tuple[EstimandFigures, ...]:
         """Figures of each estimand over the runs."""
-        return tuple(self._figures(place) for place in range(len(self.estimands)))
+        return tuple(self._figures(index) for index in range(len(self.estimands)))
 
-    def _figures(self, place: int) -> EstimandFigures:
+    def _figures(self, index: int) -> EstimandFigures:
         """Return the figures over the runs of one estimand, given by its index."""
-        estimand, truth = self.estimands[place], float(self.truths[place])
-        there = np.isfinite(self.corrected[:, place])
-        value, corrected = (each[there, place] for each in (self.values, self.corrected))
-        # All runs share the error of a known value, which the intervals include.
-        follows = estimand.kind == PHYSICAL or fitted_output(estimand.method)
-        is_shared = follows and any(p.known_sd for p in self.plan.axis.base.known)
+        estimand, truth = self.estimands[index], float(self.truths[index])
+        has_estimate = np.isfinite(self.corrected[:, index])
+        value, corrected = (each[has_estimate, index] for each in (self.values, self.corrected))
+        # The intervals include the error of an uncertain known value. All runs have the same error,
+        # so that the share of intervals that cover the true value has no meaning.
+        uses_known = estimand.kind == PHYSICAL or fitted_output(estimand.method)
+        is_shared = uses_known and any(p.known_sd for p in self.plan.axis.base.known)
+        # Standard error and coverage by each kind of interval that some run has.
         deviations, coverage = {}, {}
-        for of in INTERVALS:
-            stated = self.deviations(of)[there, place]
-            known = np.isfinite(stated)
-            if not known.any():
+        for kind in INTERVALS:
+            standard_errors = self.deviations(kind)[has_estimate, index]
+            has_interval = np.isfinite(standard_errors)
+            if not has_interval.any():
                 continue
-            deviations[of] = float(np.sqrt(np.mean(stated[known] ** 2)))
-            low, high = self.intervals(of)[there, place][known].T
+            deviations[kind] = float(np.sqrt(np.mean(standard_errors[has_interval] ** 2)))
+            low, high = self.intervals(kind)[has_estimate, index][has_interval].T
             if np.isfinite(truth) and not is_shared:
-                coverage[of] = Share.of_truths((low <= truth) & (truth <= high))
+                coverage[kind] = Share.of_truths((low <= truth) & (truth <= high))
         return EstimandFigures(
             **asdict(estimand),
             truth=truth,
-            runs=int(there.sum()),
+            runs=int(has_estimate.sum()),
             bias=Mean.of_values(corrected - truth),
             raw_bias=Mean.of_values(value - truth),
             scatter=Mean.of_scatter(corrected),
@@ -174,6 +186,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         found, judged = [], self.numbers.statuses[self.numbers.judged]
         for name, statuses in zip(self.numbers.checks, judged.T, strict=True):
             evaluated = statuses[(statuses >= 0) & (statuses != STATUSES.index("not evaluated"))]
+            # The first three of `STATUSES`.
             passes, notes, fails = (Share.of_truths(evaluated == each) for each in range(3))
             missing = Share(len(statuses) - len(evaluated), len(statuses))
             found.append(
@@ -188,20 +201,19 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         return Share.of_truths(np.asarray(failing.any(axis=1)))
 
     def normalised(self, place: int) -> Array:
-        """Return the errors of an estimand in standard errors of its method, (r,).
+        """Return the errors of an estimand in standard errors, (r,).
 
-        They are of the r runs that have both. The standard error is that of a normal distribution
-        with the same 95 % interval, for any degrees of freedom.
+        There are r runs with both an estimate and a positive standard error. The standard error is
+        that of a normal distribution with the same 95 % interval, for any degrees of freedom.
 
         Parameters
         ----------
         place : int
             Index among the estimands.
         """
-        low, high = self.intervals(interval_covariance(self.estimands[place].method, self.chosen))[
-            :, place
-        ].T
-        stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
+        kind = interval_covariance(self.estimands[place].method, self.chosen)
+        low, high = self.intervals(kind)[:, place].T
+        standard_errors = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
         errors = self.corrected[:, place] - self.truths[place]
-        there = np.isfinite(errors) & (stated > 0)
-        return np.asarray(errors[there] / stated[there])
+        has_both = np.isfinite(errors) & (standard_errors > 0)
+        return np.asarray(errors[has_both] / standard_errors[has_both])

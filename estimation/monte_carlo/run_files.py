@@ -22,17 +22,18 @@ from .runs import INTERVALS, PARAMETER, STATUSES, Estimand
 
 #: Suffixes of the files that a study can be written to.
 OUTPUT_SUFFIXES = (".npz", ".parquet")
-#: Name of the metadata of a study in its file: axes, settings, true values.
+#: Name of the entry of a file with the metadata of the study: axes, settings, true values.
 SETTINGS = "axisid.monte_carlo"
 
 
 def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
-    """Return the numbers of every run by column, (R,) each.
+    """Return the numbers of every run by name of the column, (R,) each.
 
-    The columns are ``run``, ``status`` and ``reason``. Each estimand has ``idm-iv.M`` (the value),
-    ``idm-iv.M.corrected`` (minus its bias), and ``idm-iv.M.hac.sd``, ``.low`` and ``.high`` for
-    each kind of interval. Each check has ``check.control law``, its status, which is empty for a
-    run without a verdict.
+    The first columns are ``run``, ``status`` and ``reason``. Each estimand has columns such as
+    ``idm-iv.M`` (the value), ``idm-iv.M.corrected`` (the value minus its bias), and
+    ``idm-iv.M.hac.sd``, ``.low`` and ``.high`` (standard error and bounds of each kind of
+    interval). Each check has a column such as ``check.control law`` with its status, which is empty
+    for a run without a verdict.
     """
     columns: dict[str, NDArray[Any]] = {
         "run": result.numbers.runs,
@@ -40,7 +41,7 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
         "reason": np.array([why for _, why in result.outcomes.values()], dtype=np.str_),
     }
     columns |= {name: values for name, _, values in _estimand_columns(result)}
-    words = np.array([*STATUSES, ""])  # -1 is the last
+    words = np.array([*STATUSES, ""])  # the index -1 of a run without the check is the last word
     for i, check in enumerate(result.numbers.checks):
         columns[f"check.{check}"] = words[result.numbers.statuses[:, i]]
     return columns
@@ -51,21 +52,27 @@ def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
 
     A kind of interval has columns only if a run has such an interval.
     """
-    for estimand, of_one in zip(
-        result.estimands, result.numbers.numbers.transpose(1, 2, 0), strict=True
-    ):
+    by_estimand = result.numbers.numbers.transpose(1, 2, 0)
+    for estimand, numbers in zip(result.estimands, by_estimand, strict=True):
         name, unit = column_name(estimand), estimand.unit
-        yield from ((name, unit, of_one[0]), (f"{name}.corrected", unit, of_one[1]))
-        for of, stated in zip(INTERVALS, of_one[2:].reshape(len(INTERVALS), 3, -1), strict=True):
-            if np.isfinite(stated[0]).any():
-                for end, column in zip(("sd", "low", "high"), stated, strict=True):
-                    yield f"{name}.{of}.{end}", unit, column
+        yield name, unit, numbers[0]
+        yield f"{name}.corrected", unit, numbers[1]
+        # Standard error and both bounds, (3, R), of each kind of interval.
+        intervals = numbers[2:].reshape(len(INTERVALS), 3, -1)
+        for kind, of_kind in zip(INTERVALS, intervals, strict=True):
+            if np.isfinite(of_kind[0]).any():
+                for end, column in zip(("sd", "low", "high"), of_kind, strict=True):
+                    yield f"{name}.{kind}.{end}", unit, column
 
 
 def column_name(estimand: Estimand) -> str:
-    """Return the first part of the names of an estimand's columns."""
-    kind = () if estimand.kind == PARAMETER else (estimand.kind,)
-    return ".".join((estimand.method, *kind, estimand.name))
+    """Return the first part of the names of an estimand's columns: ``idm-iv.M``.
+
+    The kind of the estimand is in the middle if it is not an identified parameter.
+    """
+    if estimand.kind == PARAMETER:
+        return f"{estimand.method}.{estimand.name}"
+    return f"{estimand.method}.{estimand.kind}.{estimand.name}"
 
 
 def write_runs(result: MonteCarlo, path: str | Path) -> Path:
@@ -136,8 +143,8 @@ def check_output(file: Path) -> None:
     """
     if file.suffix not in OUTPUT_SUFFIXES:
         raise UsageError(
-            f"{file}: the numbers of a study are written to {' or '.join(OUTPUT_SUFFIXES)}. Give "
-            "a name with one of these endings.",
+            f"{file}: the name must end with {' or '.join(OUTPUT_SUFFIXES)} for the numbers of a "
+            "study. Give a name with one of these endings.",
             code="study",
         )
     if file.suffix == ".parquet":

@@ -24,11 +24,12 @@ from axisid.support.errors import AxisidError
 from .drawn_twins import are_lanes, twin_lanes, twins
 from .plan import COLOURED, IID, MonteCarloPlan
 
-Interval: TypeAlias = tuple[float, tuple[float, float]]  # a standard error, and both bounds
+#: Standard error, and both bounds of the interval.
+Interval: TypeAlias = tuple[float, tuple[float, float]]
 
-#: Kinds of intervals: each covariance, coloured errors of a fit, and the model error (of runs with
-#: a verdict).
+#: Kind of the intervals that include the effect of the model error, of runs with a verdict.
 MODEL_ERROR = "model"
+#: Kinds of intervals: by each covariance, for coloured errors of a fit, and for the model error.
 INTERVALS = (*COVARIANCES, COLOURED, MODEL_ERROR)
 _WIDTH = 2 + 3 * len(INTERVALS)  # numbers of an estimand in a run
 #: Kinds of estimands: an identified parameter, a parameter of the direct model, or a declared
@@ -39,7 +40,7 @@ DIRECT: Kind = "direct"
 PHYSICAL: Kind = "physical"
 #: Statuses of a check, by their number in `BlockNumbers.statuses`; -1 for a run without the check.
 STATUSES = ("pass", "note", "fail", "not evaluated")
-#: Failures of all methods of a run: its simulation, or its verdict.
+#: Parts of a run that fail for all methods: its simulation, and its verdict.
 SIMULATION, VERDICT = "simulation", "verdict"
 
 
@@ -155,8 +156,8 @@ class _Run:
 
     def judged(self, statuses: Mapping[str, str]) -> None:
         """Record the statuses of checks by name, in addition to those already recorded."""
-        ended = {name: STATUSES.index(status) for name, status in statuses.items()}
-        self.checks = {**(self.checks or {}), **ended}
+        indices = {name: STATUSES.index(status) for name, status in statuses.items()}
+        self.checks = {**(self.checks or {}), **indices}
 
     def numbers(self) -> BlockNumbers:
         """Return the run as a block of one run."""
@@ -189,16 +190,19 @@ def block_numbers(
     threads : int, optional
         Threads of the simulation, as in `simulate_batch`; the numbers do not depend on them.
     bootstrapped : int, optional
-        Number of runs, from the first on, with simulated replicas; by default runs with a verdict.
+        Number of the study's first runs that have simulated replicas; by default the runs with a
+        verdict.
     """
-    own = plan.checks if bootstrapped is None else bootstrapped
-    count = max(own - block.start, 0) if are_lanes(plan) else len(block)
-    alone, side_by_side = block[:count], block[count:]
-    runs = [
-        _run(plan, run, record, plan.bootstrap * (run < own)) for run, record in twins(plan, alone)
-    ]
-    if side_by_side:
-        runs += _lane_runs(plan, side_by_side, threads)
+    with_replicas = plan.checks if bootstrapped is None else bootstrapped
+    # Runs with replicas are identified one by one; the other runs in lanes, if the plan allows it.
+    count = max(with_replicas - block.start, 0) if are_lanes(plan) else len(block)
+    one_by_one, in_lanes = block[:count], block[count:]
+    runs = []
+    for number, record in twins(plan, one_by_one):
+        bootstrap = plan.bootstrap if number < with_replicas else 0
+        runs.append(_run(plan, number, record, bootstrap))
+    if in_lanes:
+        runs += _lane_runs(plan, in_lanes, threads)
     return joined([run.numbers() for run in runs])
 
 
@@ -220,7 +224,7 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
             for i, quantity in enumerate(plan.axis.parameters):
                 value = float(found.values[lane, i])
                 intervals = {
-                    of: _stated(value, found.deviations[of][lane, i], found.freedom[of][lane, i])
+                    of: _interval(value, found.deviations[of][lane, i], found.freedom[of][lane, i])
                     for of in COVARIANCES
                 }
                 estimand = Estimand(method, quantity.name, PARAMETER, quantity.unit)
@@ -239,7 +243,7 @@ def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int
     number : int
         Number of the run, from 0.
     record : Record or str
-        The twin; a text if its simulation failed: the reason.
+        Simulated record of the twin; the reason, as text, if its simulation failed.
     bootstrap : int
         Number of simulated replicas for bias and standard errors; 0 for none.
     """
@@ -248,7 +252,8 @@ def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int
         run.lost(SIMULATION, record)
         return run
     # The methods of `identify`, and its verdict.
-    if (result := _identified(plan, run, record, bootstrap)) is not None:
+    result = _identified(plan, run, record, bootstrap)
+    if result is not None:
         if is_judged:
             with run.losing(VERDICT):
                 run.judged({check.name: check.status for check in result.verdict})
@@ -257,21 +262,24 @@ def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int
     for method in plan.fits:
         with run.losing(method):
             found = fit(plan.axis, record, fitted_output(method), **asdict(plan.levels))
-            run.values.update([*_fit_values(method, found)])
+            run.values.update([*_fit_numbers(method, found)])
             if is_judged:
                 with run.losing(VERDICT, f"{method}: "):
                     run.judged({f"{c.name} ({method})": c.status for c in found.checks})
     return run
 
 
-def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array]]:
-    """Yield the estimands of a fit with their numbers, for free, identifiable parameters."""
+def _fit_numbers(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array]]:
+    """Yield the estimands of a fit with their numbers, as in `BlockNumbers`.
+
+    Fixed parameters, and parameters that the record does not identify, are left out.
+    """
     for name, value in found.parameters.items():
         if name in found.fixed or not math.isfinite(value.deviation):
             continue
         intervals = {COLOURED: (value.deviation, value.interval)}
         if name not in found.at_bound:  # the interval at a bound is one-sided
-            intervals[IID] = _stated(value.value, value.deviations[IID], math.inf)
+            intervals[IID] = _interval(value.value, value.deviations[IID], math.inf)
         yield (
             Estimand(method, name, PARAMETER, value.unit),
             _row(value.value, value.corrected, intervals),
@@ -286,8 +294,10 @@ def _identified(
     All methods are tried together first. If that fails, each is tried alone, and those that fail
     are recorded as failures of the run.
     """
+    if not plan.regressions:
+        return None
     with suppress(AxisidError):
-        return _estimated(plan, record, plan.regressions, bootstrap) if plan.regressions else None
+        return _estimated(plan, record, plan.regressions, bootstrap)
     able: list[str] = []
     for method in plan.regressions:
         with run.losing(method):
@@ -299,7 +309,10 @@ def _identified(
 def _estimated(
     plan: MonteCarloPlan, record: Record, methods: Sequence[str], bootstrap: int
 ) -> Identification:
-    """Return the identification of a record by methods; errors of intervals are raised here."""
+    """Return the identification of a record by methods.
+
+    The intervals of each method are computed here, so that their errors are raised here.
+    """
     settings = {**plan.settings, **asdict(plan.levels), "bootstrap": bootstrap}
     result = identify(plan.axis, record, plan.prefilter, methods, **settings, judge=False)
     for method in methods:
@@ -337,48 +350,58 @@ def estimand_numbers(
 def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
     """Return the numbers of an estimate in a run, (2 + 3 i,), as in `BlockNumbers`.
 
-    Intervals are those of the reported covariance, and of covariances with given degrees of freedom
-    (`freedom`, by name).
+    The interval of the reported covariance is that of the value. Other covariances have an interval
+    if `freedom` has their degrees of freedom, by name.
     """
     intervals: dict[str, Interval] = {}
     for of in COVARIANCES:
         if of == value.chosen:
             intervals[of] = value.deviations[of], value.interval
         elif of in freedom:
-            intervals[of] = _stated(value.corrected, value.deviations[of], freedom[of])
+            intervals[of] = _interval(value.corrected, value.deviations[of], freedom[of])
     return _row(value.value, value.corrected, intervals)
 
 
-def _stated(value: float, deviation: float, freedom: float) -> Interval:
-    """Return the standard error (`deviation`) and both bounds of Student's interval of a value."""
+def _interval(value: float, deviation: float, freedom: float) -> Interval:
+    """Return the standard error of a value, and both bounds of its interval by Student's t.
+
+    `deviation` is the standard error, and `freedom` has its degrees of freedom.
+    """
     return float(deviation), student_interval(value, float(deviation), float(freedom))
 
 
 def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> Array:
     """Return the numbers of an estimand in a run, (2 + 3 i,); not a number for missing intervals.
 
-    `corrected` is the value minus the bias of filter and noise; intervals are by name.
+    `corrected` is the value minus the bias of filter and noise; the intervals are by kind, of
+    `INTERVALS`.
     """
     row = np.full(_WIDTH, np.nan)
     row[:2] = value, corrected
-    for of, (deviation, bounds) in intervals.items():
-        place = 2 + 3 * INTERVALS.index(of)
-        row[place : place + 3] = deviation, *bounds
+    for kind, (deviation, bounds) in intervals.items():
+        first = 2 + 3 * INTERVALS.index(kind)
+        row[first : first + 3] = deviation, *bounds
     return row
 
 
 def lost_block(block: range, reason: str) -> BlockNumbers:
-    """Return runs without numbers, each with a failure; their process was killed (`reason`)."""
-    return joined(
-        [
-            _Run(n, failures=[FailedRun(run=n, of=SIMULATION, reason=reason)]).numbers()
-            for n in block
-        ]
-    )
+    """Return runs without numbers, each with a failed simulation.
+
+    Their process was killed; `reason` is the message of the failure.
+    """
+    blocks = []
+    for number in block:
+        failure = FailedRun(run=number, of=SIMULATION, reason=reason)
+        blocks.append(_Run(number, failures=[failure]).numbers())
+    return joined(blocks)
 
 
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
-    """Return blocks of runs as one block, sorted by run."""
+    """Return blocks of runs as one block, sorted by the first run of each block.
+
+    Estimands and checks of all blocks are joined. Numbers that a block lacks are not a number, and
+    statuses -1.
+    """
     ordered = sorted(blocks, key=lambda block: int(block.runs[0]))
     # Unique, in order of first occurrence.
     estimands = tuple(dict.fromkeys(each for block in ordered for each in block.estimands))
@@ -410,10 +433,10 @@ def _stacked(
     missing : float
         Value of a column that a block lacks.
     """
-    place = {column: i for i, column in enumerate(columns)}
+    index = {column: i for i, column in enumerate(columns)}
     stacked = []
-    for array, own in parts:
+    for array, own_columns in parts:
         whole = np.full((len(array), len(columns), *array.shape[2:]), missing, dtype=array.dtype)
-        whole[:, [place[column] for column in own]] = array
+        whole[:, [index[column] for column in own_columns]] = array
         stacked.append(whole)
     return np.concatenate(stacked)

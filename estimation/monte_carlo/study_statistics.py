@@ -36,9 +36,9 @@ class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
     Attributes
     ----------
     count, of : int
-        Number of events, and of trials.
+        Number of events, and number of trials.
     interval : (float, float)
-        95 % interval of the probability.
+        95 % interval of the probability, by Wilson; 0 to 1 without trials.
     """
 
     count: int
@@ -49,6 +49,7 @@ class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
     ] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
+        """Set the interval from the counts."""
         force_setattr(self, "interval", self.interval_at(INTERVAL_LEVEL.value))
 
     @classmethod
@@ -62,7 +63,10 @@ class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
         return self.count / self.of if self.of else math.nan
 
     def interval_at(self, level: float) -> tuple[float, float]:
-        """Return Wilson's interval of the probability at a confidence level; 0 to 1 if unknown."""
+        """Return Wilson's interval of the probability at a confidence level.
+
+        It is 0 to 1 without trials.
+        """
         from scipy.stats import binomtest
 
         if not self.of:
@@ -101,15 +105,16 @@ class Mean:
         ``(m4 - s^4 (n - 3)/(n - 1))/n`` with the fourth central moment m4, and the delta method
         divides its root by ``2 s``.
         """
-        if (n := len(values)) < 2:
+        n = len(values)
+        if n < 2:
             return cls(math.nan, math.nan)
-        away = values - values.mean()
-        variance, fourth = float(away @ away) / (n - 1), float((away**4).mean())
+        centred = values - values.mean()
+        variance, fourth = float(centred @ centred) / (n - 1), float((centred**4).mean())
         deviation = math.sqrt(variance)
         if n < 4 or not deviation:
             return cls(deviation, math.nan)
-        spread = max(fourth - variance**2 * (n - 3) / (n - 1), 0.0) / n
-        return cls(deviation, math.sqrt(spread) / (2 * deviation))
+        variance_of_variance = max(fourth - variance**2 * (n - 3) / (n - 1), 0.0) / n
+        return cls(deviation, math.sqrt(variance_of_variance) / (2 * deviation))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,23 +126,27 @@ class EstimandFigures(Estimand):
     method : str
     name : str
     kind : {"parameter", "direct", "physical"}
-        Identified, of the direct model, or declared and following from others.
+        An identified parameter; a parameter of the direct model; a declared parameter that follows
+        from other parameters.
     unit : str
     truth : float
         True value; not a number, or null, if the twins lack the parameter.
     runs : int
         Number of runs with an estimate.
     bias : Mean
-        Mean error of the value minus its estimated bias by filter and noise.
+        Mean error of the corrected value, which is the value minus its estimated bias by filter and
+        noise.
     raw_bias : Mean
-        Mean error of the value.
+        Mean error of the value, which is not corrected for its estimated bias.
     scatter : Mean
-        Standard deviation over the runs.
+        Standard deviation of the corrected value over the runs.
     deviations : mapping of str to float
-        Root mean square of the standard error, by covariance; ``model`` for the model error.
+        Root mean square of the standard error, by kind of interval: a covariance, or ``model`` for
+        the model error.
     coverage : mapping of str to Share
-        Share of the 95 % intervals that cover the true value; empty without a true value, and for
-        parameters that follow from an uncertain known value, whose error all runs share.
+        Share of the 95 % intervals that cover the true value, by kind of interval. Empty without a
+        true value, and for parameters that follow from an uncertain known value, because all runs
+        have the same error of that value.
     """
 
     truth: MaybeNan
@@ -194,43 +203,54 @@ class StudyFigures(Checked):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Checks of the coverage and width of intervals, of bias, and of failed runs."""
-        narrow, wide = (_listed(self.miscovered(narrow=narrow)) for narrow in (True, False))
-        shares = [each.coverage for each in self.figures if each.coverage]
-        runs, biased, lost = f"in {len(self)} runs", _listed(self.biased), "; ".join(self._lost())
-        of_runs = Check.unless("runs", lost, "Every run gave every estimate")
-        if not shares:
+        """Checks of the coverage and width of intervals, of bias, and of failed runs.
+
+        Coverage, width and bias are not evaluated without true values.
+        """
+        failed = "; ".join(self._sentences_on_failures())
+        of_runs = Check.unless("runs", failed, "Every run gave every estimate")
+        if not any(each.coverage for each in self.figures):
             unknown = Missing("No true value is known")
-            unmade = (Check.not_evaluated(name, unknown) for name in ("coverage", "width", "bias"))
-            return (*unmade, of_runs)
+            names = ("coverage", "width", "bias")
+            return (*(Check.not_evaluated(name, unknown) for name in names), of_runs)
+        runs = f"in {len(self)} runs"
+        # Sentences of failed checks; empty for a check that passes.
+        narrow = _listed(self.miscovered(narrow=True))
+        if narrow:
+            narrow = f"These intervals cover the true value too rarely: {narrow}"
+        wide = _listed(self.miscovered(narrow=False))
+        if wide:
+            wide = f"These intervals are wider than necessary: {wide}"
+        biased = _listed(self.biased)
+        if biased:
+            biased = (
+                f"These estimates have a significant bias: {biased}. The limit is "
+                f"{MIN_BIAS.value:g} standard errors of the mean for many twins, and more for few"
+            )
         return (
             Check.unless(
                 "coverage",
-                narrow and f"Intervals that cover the true value too rarely: {narrow}",
+                narrow,
                 f"No interval covers the true value significantly too rarely {runs}",
             ),
             Check.unless(
                 "width",
-                wide and f"Intervals that are wider than necessary: {wide}",
+                wide,
                 f"No interval is significantly wider than necessary {runs}",
                 matters=False,
             ),
-            Check.unless(
-                "bias",
-                biased
-                and f"Significant bias ({MIN_BIAS.value:g} standard errors for many twins, more "
-                f"for few): {biased}",
-                f"No bias is significant {runs}",
-            ),
+            Check.unless("bias", biased, f"No bias is significant {runs}"),
             of_runs,
         )
 
-    def _lost(self) -> Iterator[str]:
-        """Yield sentences on failures by method, with the most frequent reasons."""
+    def _sentences_on_failures(self) -> Iterator[str]:
+        """Yield a sentence on the failures of each method, with the most frequent reasons."""
         for of, reasons in self.lost.items():
             count = sum(reasons.values())
-            listed = list(reasons.items())[:_MOST_REASONS]
-            why = "; ".join(f"{n} times: {reason.removesuffix('.')}" for reason, n in listed)
+            most_frequent = list(reasons.items())[:_MOST_REASONS]
+            why = "; ".join(
+                f"{number} times: {reason.removesuffix('.')}" for reason, number in most_frequent
+            )
             yield f"{of} failed in {count} of {len(self)} runs: {why}"
 
     @property
@@ -239,8 +259,8 @@ class StudyFigures(Checked):
         found = []
         for each in self.figures:
             # For few runs the standard error is uncertain, hence a quantile of Student's t.
-            furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value)) * each.bias.error
-            if each.runs > 1 and abs(each.bias.value) > max(furthest, _ROUNDING * abs(each.truth)):
+            limit = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value)) * each.bias.error
+            if each.runs > 1 and abs(each.bias.value) > max(limit, _ROUNDING * abs(each.truth)):
                 found.append(each)
         return tuple(found)
 
@@ -257,15 +277,20 @@ class StudyFigures(Checked):
             True for too narrow intervals, False for too wide ones.
         """
         wanted = INTERVAL_LEVEL.value
-        stated = [(interval_covariance(each.method, self.chosen), each) for each in self.figures]
-        covered = [(each, each.coverage[of]) for of, each in stated if of in each.coverage]
+        # Coverage of the printed intervals, for the estimands that have it.
+        covered: list[tuple[EstimandFigures, Share]] = []
+        for each in self.figures:
+            kind = interval_covariance(each.method, self.chosen)
+            if kind in each.coverage:
+                covered.append((each, each.coverage[kind]))
+        # Its interval, at a level for all estimands together.
         level = 1 - (1 - wanted) / max(len(covered), 1)
-        bounds = [share.interval_at(level) for _, share in covered]
-        return tuple(
-            each
-            for (each, _), (low, high) in zip(covered, bounds, strict=True)
-            if (high < wanted if narrow else low > wanted)
-        )
+        found = []
+        for each, share in covered:
+            low, high = share.interval_at(level)
+            if (narrow and high < wanted) or (not narrow and low > wanted):
+                found.append(each)
+        return tuple(found)
 
     def of(self, method: str, name: str) -> EstimandFigures:
         """Return the figures of a parameter by a method.
@@ -278,9 +303,9 @@ class StudyFigures(Checked):
         for found in self.figures:
             if (found.method, found.name) == (method, name):
                 return found
-        listed = ", ".join(f"{e.method} {e.name}" for e in self.figures)
         raise UsageError(
-            f"there is no {quoted(name)} by {quoted(method)}. The study has {listed or 'none'}.",
+            f"the study has no estimates of {quoted(name)} by {quoted(method)}. Choose from "
+            f"{_listed(self.figures) or 'none'}.",
             code="result",
         )
 
@@ -293,6 +318,7 @@ class StudyFigures(Checked):
         return {of: dict(counted.most_common()) for of, counted in found.items()}
 
     def __iter__(self) -> Iterator[EstimandFigures]:
+        """Iterate over the figures of the estimands."""
         return iter(self.figures)
 
 

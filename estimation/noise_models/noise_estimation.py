@@ -35,7 +35,7 @@ _REFINEMENTS = 2  # corrections of the disturbances for the limit cycle of distu
 _MAX_REDUCTION = 16.0  # of a variance in one refinement, of which the geometric mean is taken
 _LIKELIHOOD_STEPS = 400  # multiplicative updates
 _RELATIVE_FLOOR = 1e-12  # relative to the largest power: rounding
-_MIN_BAND_SHARE = 1e-3  # of the power of a band, below which a disturbance is left out
+_MIN_BAND_SHARE = 1e-3  # of the power of a band, below which a disturbance is ignored
 _ROUNDING = 1e-12  # relative to the position, the control or the force
 _MIN_POWER_RATIO = 0.1  # of the power that white position noise would cause in the rows
 _MIN_RECORD_LENGTH = 8.0  # correlation times that a record must cover
@@ -82,10 +82,11 @@ def measured_noise(
         return chain
     variances = _significant_variances(powers, rows)
     variances = _corrected_for_limit_cycle(variances, powers, data, rows, chain)
-    likeliest, *drawn = [
+    # The first background is the mean of the replicas; the others give alternative estimates.
+    likeliest, *alternatives = [
         _autoregressions(rows.times, rows.unit_power, powers.power, each) for each in variances
     ]
-    return replace(chain, disturbances=likeliest, drawn=tuple(drawn))
+    return replace(chain, disturbances=likeliest, drawn=tuple(alternatives))
 
 
 def _sensor_noise(data: FilteredRecord, quiet: FilteredRecord, physical: Array) -> MeasuredChain:
@@ -125,7 +126,7 @@ def _sensor_noise(data: FilteredRecord, quiet: FilteredRecord, physical: Array) 
 
 @dataclass(frozen=True, kw_only=True)
 class _InverseModelRows:
-    """Rows of the inverse model at an estimate, by which disturbances are estimated.
+    """Rows of the inverse model at an estimate, from whose residuals disturbances are estimated.
 
     Attributes
     ----------
@@ -139,7 +140,7 @@ class _InverseModelRows:
     filter_residuals : (n,) array
         Residuals of the noise-free record, which are due to the filter alone.
     times : tuple of float
-        Candidate correlation times that the record is long enough for, s.
+        Those of `CORRELATION_TIMES`, s, of which the record covers 8 or more.
     unit_power : (m, b) array
         Power by band of a disturbance of each correlation time and standard deviation 1.
     """
@@ -162,6 +163,7 @@ class _InverseModelRows:
         EstimationError
             There are too few rows.
         """
+        # Without samples near reversals of record or simulation, unless the prefilter keeps them.
         moving = data.turning_as(quiet.record.position, also=True)
         row_spectrum = RowSpectrum.of(moving, quiet)
         duration = data.period * len(data)
@@ -176,13 +178,15 @@ class _InverseModelRows:
         )
 
     def residuals(self, record: FilteredRecord) -> Array:
-        """Return the residuals of a record or replica minus those of the filter, (n,)."""
+        """Return the residuals of a record or replica minus `filter_residuals`, (n,)."""
         return _residuals(record, self.physical, self.data) - self.filter_residuals
 
 
 @dataclass(frozen=True, kw_only=True)
 class _BandPowers:
-    """Power of the residual about its systematic part, by band, with that of replicas.
+    """Power by band of the record's residual and of the residuals of simulated replicas.
+
+    All powers are about the mean residual of the replicas, which is systematic.
 
     Attributes
     ----------
@@ -191,7 +195,8 @@ class _BandPowers:
     known : (b,) array
         Mean power of the replicas.
     backgrounds : (1 + m, b) array
-        The mean power, then that of each of m replicas; the mean alone without encoder steps.
+        Power that is not due to disturbances, by which their variances are estimated: `known`, then
+        the power of each of m replicas. Without encoder steps, `known` alone: (1, b).
     counts : (b,) array
         Independent powers by band, of two degrees of freedom each.
     replicas : (m, b) array
@@ -239,8 +244,8 @@ def _power_about_replicas(
     of_record, of_replicas = row_spectrum.power(residuals), row_spectrum.power(errors.T)
     if counts @ of_record < _MIN_POWER_RATIO * (counts @ of_replicas):
         raise EstimationError(
-            "the position noise is not white: the residual of the rows has less than a tenth of "
-            "the power that such noise would cause if it were white.",
+            "the position noise is not white. The residual has less than a tenth of the power "
+            "that white noise with the same second differences would cause.",
             code="noise",
         )
     backgrounds = known[None]
@@ -392,12 +397,14 @@ def _control_noise(
     Autoregressions
         Empty where the noise is not significant, or the record does not allow to replay the law.
     """
+    # The law can be replayed if the log has all signals that it read, at the same samples.
     record, law = data.record, law_of(data.axis)
     clocks = [two_clocks(data.axis, record, span) for span in record.spans]
     is_logged = record.reference is not None and not (record.integrated or any(clocks))
     reads_log = chain.is_measured_by_law and not (law.takes_velocity or law.continuous)
     if record.control is None or record.force is not None or not (is_logged and reads_log):
         return ()
+    # Variances from the part that the control error and the residual have in common.
     noise = np.concatenate([law_residual(data.axis, record, span)[0] for span in record.spans])
     if np.linalg.norm(noise) <= _ROUNDING * np.linalg.norm(record.control):
         return ()
@@ -406,6 +413,7 @@ def _control_noise(
     power = np.clip(row_spectrum.power(residuals, in_rows), 0.0, row_spectrum.power(in_rows))
     steps = rows.unit_power[0] * chain.control_step**2 / 12
     variances = likeliest_variances(power, rows.unit_power, steps, row_spectrum.counts)
+    # Log-likelihood that the removal of the noise gains.
     before, after = row_spectrum.power(residuals), row_spectrum.power(residuals - in_rows)
     gain = row_spectrum.counts @ np.log(before / (after + _RELATIVE_FLOOR * before.max()))
     if not float(gain) > _MIN_LIKELIHOOD_GAIN:
@@ -416,9 +424,9 @@ def _control_noise(
 def _autoregressions(
     times: Sequence[float], unit_power: Array, power: Array, variances: Array
 ) -> Autoregressions:
-    """Return the disturbances with more than a thousandth of the power of some band.
+    """Return the correlation time, s, and standard deviation of each visible autoregression.
 
-    Each is a first-order autoregression: its correlation time, s, and its standard deviation.
+    An autoregression is visible if it has more than a thousandth of the power of some band.
 
     Parameters
     ----------
@@ -529,25 +537,25 @@ def _position_noise(
     with_jitter = likeliest_variances(*observed)
     without_jitter = np.append(likeliest_variances(power, units[:1], known, counts), 0.0)
     # Jitter that is not significant is mostly an error of its estimate, and biases estimates.
-    gain = _log_likelihood(with_jitter, *observed) > (
-        _log_likelihood(without_jitter, *observed) + _MIN_LIKELIHOOD_GAIN
-    )
-    variances = with_jitter if gain else without_jitter
+    variances = without_jitter
+    least = _log_likelihood(without_jitter, *observed) + _MIN_LIKELIHOOD_GAIN
+    if _log_likelihood(with_jitter, *observed) > least:
+        variances = with_jitter
     position, jitter = map(float, np.sqrt(variances))
     # Scale both by the effect that this noise has in simulated replicas.
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
     noisy = replace(chain, position=position, jitter=jitter)
     of_noisy = _replica_statistics(power_of, data, physical, noisy).mean(axis=0)
     added, measured = float(counts @ (of_noisy - known)), float(counts @ (power - known))
-    share = 1.0
+    scale = 1.0
     if added > 0:
-        share = float(np.sqrt(max(measured, 0.0) / added))
-    position, jitter = share * position, share * jitter
+        scale = float(np.sqrt(max(measured, 0.0) / added))
+    position, jitter = scale * position, scale * jitter
     return position * (position > rounding), jitter * (jitter * float(speed.max()) > rounding)
 
 
 def _independent_powers(counts: Array, steps: Array) -> Array:
-    """Return the number of independent powers by band, (b,), at most that of the replicas.
+    """Return the number of independent powers by band, (b,), limited by the replicas' scatter.
 
     A mean of n independent powers of two degrees of freedom has the relative variance ``1/n``. The
     error of encoder steps repeats with the motion, so that the number is
@@ -558,7 +566,8 @@ def _independent_powers(counts: Array, steps: Array) -> Array:
     counts : (b,) array
         Number of independent powers of white noise, n_b.
     steps : (m, b) array
-        Power of replicas with encoder steps; a single one has no variance and is not used.
+        Power of m replicas with encoder steps. A single replica shows no variance: `counts` is then
+        returned.
     """
     if len(steps) == 1:
         return counts
@@ -598,18 +607,20 @@ def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) ->
 
 @dataclass(frozen=True, kw_only=True)
 class RowSpectrum:
-    """Power spectrum of rows, after projection on the complement of regressor-like columns.
+    """Power spectrum of rows by frequency band, without their projection on a basis.
+
+    The basis spans the model's columns and likely missing terms, see `_basis`.
 
     Attributes
     ----------
     places : (n,) array of int
-        Positions of the rows on a grid of one row each without gaps.
+        Index of each row on a uniform grid of rows, on which rows in gaps have an index as well.
     basis : (n, r) array
-        Orthonormal basis of the columns.
+        Orthonormal basis.
     bands : (b + 1,) array of int
-        First frequency of each band, and the one after the last.
+        Index of the first frequency of each band, and the index after the last band.
     counts : (b,) array
-        Frequencies of each band, minus those that the columns take.
+        Number of frequencies in each band, minus the shares that the basis takes, see `counted`.
     """
 
     places: IntArray
@@ -619,7 +630,7 @@ class RowSpectrum:
 
     @classmethod
     def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "RowSpectrum":
-        """Return the spectrum of a record's rows, with the columns of its noise-free record.
+        """Return the spectrum of a record's rows, with the basis from its noise-free record.
 
         Raises
         ------
@@ -655,16 +666,17 @@ class RowSpectrum:
         return replace(self, counts=self._by_band(1 - np.minimum(taken, _MAX_LEVERAGE)))
 
     def power(self, rows: Array, others: Array | None = None) -> Array:
-        """Return the mean power by band of projected rows, or their cross-power with others, (b,).
+        """Return the mean power of rows by band, (b,), or their cross-power with other rows.
 
-        ``sum_(f in B) Re(conj(F_f) G_f) / (n n_B)``, with F and G the transforms of rows and of
-        others minus their projection on the basis; averaged over the columns of (n, m) arrays.
+        ``sum_(f in B) Re(conj(F_f) G_f) / (n n_B)``, with F and G the transforms of `rows` and of
+        `others` (of `rows` if None) minus their projection on the basis; averaged over the columns
+        of (n, m) arrays.
         """
-        projected = self._transform(rows - self.basis @ (self.basis.T @ rows))
-        with_others = projected
+        first = self._transform(rows - self.basis @ (self.basis.T @ rows))
+        second = first
         if others is not None:
-            with_others = self._transform(others - self.basis @ (self.basis.T @ others))
-        power = np.real(np.conj(projected) * with_others).mean(axis=1) / len(rows)
+            second = self._transform(others - self.basis @ (self.basis.T @ others))
+        power = np.real(np.conj(first) * second).mean(axis=1) / len(rows)
         return self._by_band(power) / self.counts
 
     def _by_band(self, values: Array) -> Array:
@@ -689,6 +701,7 @@ class RowSpectrum:
         times : sequence of float
             Correlation times, s.
         """
+        # Rows of white disturbances, of all samples, on a uniform grid of rows.
         whole, rng = data.without(()), np.random.default_rng(0)
         first, every = round(float(data.sampling.rows[0])), data.prefilter.decimate
         places = (np.round(whole.sampling.rows).astype(np.int64) - first) // every
@@ -696,6 +709,7 @@ class RowSpectrum:
         for draw in range(_DISTURBANCE_DRAWS):
             noise = rng.standard_normal(len(data))
             white[places - places[0], draw] = whole.reduce(whole.force_by(noise))
+        # Rows of each autoregression, at the rows of this spectrum.
         here = self.places - places[0]
         weights = data.sampling.weights / whole.sampling.weights.max()
         transformed = np.fft.rfft(white, axis=0)
@@ -722,6 +736,7 @@ def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
     declared = InverseForm(data.axis).equations(signals).regressor
     columns = np.column_stack([declared, *missing, *forces])
     factors = [ones, time, np.sign(time), signals.position, speed, signals.direction]
+    # As many factors as the number of rows allows.
     most = max(len(data.sampling.rows) // (_MIN_ROWS_PER_COLUMN * columns.shape[1]), 1)
     # Reduced factor by factor, as all samples of all columns take much more memory than the rows.
     products = np.hstack([data.reduce(columns * each[:, None]) for each in factors[:most]])

@@ -102,17 +102,21 @@ class Chain:
     disturbances: Autoregressions = ()
 
     def __post_init__(self) -> None:
-        for name, value in ((each.name, getattr(self, each.name)) for each in fields(Chain)):
-            allowed, form = _is_size(value), "a number of 0 or more"
+        for name in [each.name for each in fields(Chain)]:
+            value = getattr(self, name)
+            allowed, expected = _is_size(value), "a number of 0 or more"
             if name in _AUTOREGRESSIONS:
                 allowed = isinstance(value, tuple) and all(
                     isinstance(each, tuple) and len(each) == 2 and all(map(_is_size, each))
                     for each in value
                 )
-                form = "pairs of a correlation time and a standard deviation, as in ((0.05, 0.1),)"
+                expected = (
+                    "pairs of a correlation time and a standard deviation, as in ((0.05, 0.1),)"
+                )
             if not (allowed or name in _FLAGS or (value is None and name in _SENSORS)):
                 raise UsageError(
-                    f"the {name.replace('_', ' ')} of the noise is {quoted(value)}. Give {form}.",
+                    f"the {name.replace('_', ' ')} of the noise is {quoted(value)}. Give "
+                    f"{expected}.",
                     code="noise",
                 )
 
@@ -136,7 +140,7 @@ class Chain:
 
     @property
     def is_random(self) -> bool:
-        """True if two replicas with this chain differ; fixed steps are the same in each."""
+        """True if two replicas with this chain differ, which needs more than quantisation steps."""
         of_chance = ("position", *_SENSORS, "jitter", "anywhere", *_AUTOREGRESSIONS)
         return any(getattr(self, name) for name in of_chance)
 
@@ -155,7 +159,10 @@ class Chain:
         return _drawn(self.disturbances, rng, samples, period)
 
     def logged_control(self, rng: AntitheticDraws, control: Array, period: float) -> Array:
-        """Return a control or force with the noise and quantisation of the log, (N,)."""
+        """Return a control or force, (N,), with the noise and quantisation of the log.
+
+        `period` is the sampling period, s.
+        """
         if self.control:
             control = control + _drawn(self.control, rng, len(control), period)
         return _rounded(control, self.control_step, rng)
@@ -200,10 +207,12 @@ class MeasuredChain(Chain):
     def drawn_disturbance(self, rng: AntitheticDraws, samples: int, period: float) -> Array:
         """Return a random disturbance that adds to the control, (N,), in the drive's unit.
 
-        It is drawn from one of the alternative estimates.
+        It is drawn from one of the alternative estimates, or from `disturbances` without any.
+        `samples` is N, `period` the sampling period, s.
         """
-        # Replicas of opposite noise choose the same alternative.
-        chosen = self.drawn[rng.rng.integers(len(self.drawn))] if self.drawn else self.disturbances
+        chosen = self.disturbances
+        if self.drawn:  # replicas of opposite noise choose the same alternative
+            chosen = self.drawn[rng.rng.integers(len(self.drawn))]
         return _drawn(chosen, rng, samples, period)
 
 
@@ -226,7 +235,11 @@ def _rounded(values: Array, step: float, rng: AntitheticDraws) -> Array:
 
 
 def _drawn(parts: Autoregressions, rng: AntitheticDraws, samples: int, period: float) -> Array:
-    """Return a random sum of autoregressions, (N,), for N samples with a period in s."""
+    """Return a random sum of autoregressions, (N,), for N samples with a period in s.
+
+    White noise is multiplied by the root of the power spectrum of the sum. As this makes a periodic
+    signal, more samples than needed are drawn, and the first N are returned.
+    """
     longest = max((time for time, _ in parts), default=0.0)
     run_in = min(samples, int(np.ceil(_RUN_IN * longest / period)))
     m = next_fast_len(samples + run_in, real=True)
@@ -240,7 +253,9 @@ def _drawn(parts: Autoregressions, rng: AntitheticDraws, samples: int, period: f
 def _response(parts: Autoregressions, period: float, samples: int) -> Array:
     """Return the amplitude by frequency that turns white noise into a sum of autoregressions.
 
-    The shape is (samples // 2 + 1,); `period` is the sampling period, s.
+    The spectrum of a short autoregression is given by `spectrum`; that of a long one, which does
+    not fade within the samples, by its covariance. The shape is (samples // 2 + 1,); `period` is
+    the sampling period, s.
     """
     power = np.zeros(samples // 2 + 1)
     for time, deviation in parts:

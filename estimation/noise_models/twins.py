@@ -23,7 +23,7 @@ from .noise_model import AntitheticDraws, Chain
 #: Number of replicas that is enough for intervals.
 DEFAULT_TWIN_COUNT = 32
 
-_FEWEST, _MOST = 8, 100_000  # replicas, apart from 0
+_FEWEST, _MOST = 8, 100_000  # replicas, if their number is not 0
 
 
 def check_twin_count(count: object) -> None:
@@ -51,13 +51,14 @@ class Twins:
     problem : Problem
         The records.
     form : Form
-        The form that the parameters `at` belong to.
+        Regression form of the model to which the parameters `at` belong.
     at : (p,) array
-        Physical parameters of the simulated loops, rounded to the digits of the simulation.
+        Physical parameters with which the loops are simulated, rounded to the digits of the
+        simulation.
     chains : tuple of Chain
         Noise of each record.
     count : int
-        Number of replicas that are drawn; a replica whose loop cannot be simulated is left out.
+        Number of replicas that are drawn; results lack replicas that cannot be simulated.
         Without noise all replicas are equal, and one is drawn.
     kinds : tuple of type of Form
         Linear forms whose rows are made together from each replica.
@@ -80,7 +81,7 @@ class Twins:
     def solutions(self, form: Form, solver: Solver) -> list[Solution]:
         """Return the solution of each replica's rows of a form, by one step from the estimate.
 
-        Replicas without a solution are left out.
+        The list lacks replicas without a solution.
         """
         solutions = []
         for rows in self.rows(form):
@@ -93,7 +94,8 @@ class Twins:
     def rows(self, form: Form) -> Iterable[Equations]:
         """Return the rows of a form for each replica, one replica after the other.
 
-        Rows of a linear form are simulated once, together with those of the other linear forms.
+        Rows of a linear form do not depend on its parameters. They are simulated once, together
+        with the rows of the other linear forms (`kinds`), and are stored.
         """
         if not form.is_linear:
             return (rows for (rows,) in self._drawn([form]))
@@ -101,14 +103,14 @@ class Twins:
             others = (self.problem.form(kind) for kind in self.kinds if kind is not type(form))
             forms = [form, *others]
             drawn = [*self._drawn(forms)]
-            for place, each in enumerate(forms):
-                self._linear[type(each)] = [rows[place] for rows in drawn]
+            for index, each in enumerate(forms):
+                self._linear[type(each)] = [rows[index] for rows in drawn]
         return self._linear[type(form)]
 
     def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
         """Yield the rows of each form for each simulated replica of all records."""
         data = self.problem.data
-        physical = [self.form.own(self.at, place) for place in range(len(data))]
+        physical = [self.form.own(self.at, record) for record in range(len(data))]
 
         def twins(run: int) -> list[Signals]:
             """Return the filtered signals of the replica of each record in a run."""
@@ -118,18 +120,19 @@ class Twins:
             ]
 
         for runs in _paired(self.count):
-            with suppress(DataError, EstimationError):  # a pair is kept or left out as a whole
+            with suppress(DataError, EstimationError):  # a pair is kept or dropped as a whole
                 yield from [
-                    [self.problem.reduced(form, own) for form in forms] for own in map(twins, runs)
+                    [self.problem.reduced(form, signals) for form in forms]
+                    for signals in map(twins, runs)
                 ]
 
 
 def _draws(record: Record, run: int) -> AntitheticDraws:
     """Return the random numbers of a run, seeded by the record's positions.
 
-    So the replicas of a record do not depend on other records. Every second run has the numbers of
-    the run before with the opposite sign: effects that are linear in the noise cancel in the mean
-    of the two, so that a few replicas show a bias.
+    The replicas of a record therefore do not depend on other records. Every second run has the
+    numbers of the run before with the opposite sign: effects that are linear in the noise cancel in
+    the mean of the two, so that a few replicas are enough to show a bias.
     """
     seed = crc32(np.ascontiguousarray(record.position).tobytes())
     return AntitheticDraws(np.random.default_rng((seed, run // 2)), -1.0 if run % 2 else 1.0)
@@ -161,7 +164,7 @@ def twins_of(
 ) -> Iterator[FilteredRecord]:
     """Yield simulated replicas of one record, one after the other, so that few are in memory.
 
-    Replicas that cannot be simulated are left out. A chain without noise has no replicas.
+    Replicas that cannot be simulated are not yielded. A chain without noise has no replicas.
 
     Parameters
     ----------
@@ -177,6 +180,7 @@ def twins_of(
     """
     if chain.is_silent:
         return
+    # Every second run only: the run after it has the same numbers with the opposite sign.
     groups = [range(2 * run, 2 * run + 1) for run in range(count)]
     if paired:
         groups = _paired(count)
@@ -186,24 +190,26 @@ def twins_of(
 
 
 def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
-    """Return a record with its columns replaced by those of simulated loops, with the same filter.
+    """Return a record with the columns of simulated loops in place of its own, with its filter.
 
     Each recorded column has the values that its sensor would measure in the loops, one for each
     segment, without noise.
     """
     record = data.record
+    # A sensor at a sample where the force jumps reads the mean of the values before and after it.
+    # The prefilter for a held force ("zoh") needs the value that is held from the sample on.
     jumps = data.axis.jumps
-    sensed = jumps and data.prefilter.hold != "zoh"  # otherwise the force held from the sample on
-    simulated: dict[str, Callable[[Simulation], Array]] = {
+    force_jumps = jumps and data.prefilter.hold != "zoh"
+    measured: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.position,
         "velocity": lambda s: s.velocity,
         "acceleration": lambda s: hold_mean(s.acceleration, [0]) if jumps else s.acceleration,
         "control": lambda s: logged_control(data.axis, s),
-        "force": lambda s: hold_mean(s.force, [0]) if sensed else s.force,
+        "force": lambda s: hold_mean(s.force, [0]) if force_jumps else s.force,
     }
     columns = {
-        role: np.concatenate([seen(loop) for loop in loops])
-        for role, seen in simulated.items()
+        role: np.concatenate([measure(loop) for loop in loops])
+        for role, measure in measured.items()
         if getattr(record, role) is not None
     }
     return data.with_columns(**columns)
@@ -214,7 +220,9 @@ def twin_of(
 ) -> FilteredRecord:
     """Return one simulated replica of a record with the noise of a chain, under the same filter.
 
-    A disturbance moves the axis, but is in neither the logged control nor a logged force.
+    The loops are simulated with the disturbance, and with the position noise if the law reads it.
+    The columns of the replica are what the record's sensors measure, with their noise. A
+    disturbance moves the axis, but is in neither the logged control nor a logged force.
 
     Parameters
     ----------
@@ -260,6 +268,7 @@ def twin_of(
         data.drive.force(each, data.motion, data.recorded)
         for each in (control + disturbance, control)
     )
+    # Measured positions, and the logged control and force, of each segment.
     logged = []
     for loop, (a, b) in zip(loops, record.spans, strict=True):
         if by_law:

@@ -1,7 +1,8 @@
-"""Search: bounded least squares of weighted residuals by a trust-region method.
+"""Search for parameters within bounds: weighted nonlinear least squares by a trust-region method.
 
-Active bounds are determined at the end of a search: a parameter that the residuals drive to a bound
-is fixed there, and the search continues with the other parameters.
+Active bounds are determined at the end of a trust-region search: a parameter that the residuals
+drive to a bound is fixed there, and a new search continues with the other parameters. Residuals are
+simulated minus recorded outputs; a prior of a parameter adds a residual, its prior error.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,14 +25,14 @@ _AT_BOUND = 0.05
 MOST_STEPS = 60
 # steps of a search including its restarts after a change of the active bounds
 MOST_IN_ALL = 2 * MOST_STEPS
-_TOLERANCE = 1e-8
+_TOLERANCE = 1e-8  # relative, of cost, parameters and gradient, at which a search ends
 #: Length of a step in standard errors at which a search ends.
 RESOLUTION = 0.01
 _LOST = 1e3  # residuals of a loop that cannot be simulated, relative to those at the start
-_ROUNDS = 5  # of searches, after each of which parameters may be fixed at bounds or freed
+_ROUNDS = 5  # trust-region searches, after each of which the active bounds are determined again
 
-#: Maps squared residuals over the squared scale of the loss, (n,), to the loss with its first two
-#: derivatives, (3, n).
+#: Loss function rho: maps squared residuals divided by the squared scale of the loss, (n,), to the
+#: loss and its first two derivatives, (3, n).
 Loss = Callable[[Array], Array]
 
 
@@ -43,7 +44,7 @@ class FitStep:
     ----------
     physical : (P,) array
     error : float
-        Root mean square of the residuals in the output's unit; of the first of several outputs.
+        Root mean square of the residuals of the output, in its unit; of several outputs, the first.
     """
 
     physical: Array
@@ -63,7 +64,8 @@ class WeightedLoss:
     tuning : float
         Scale of the loss in standard deviations of the noise.
     shares : (n,) array
-        Factor of the loss of each row relative to a prior; the weights include its root.
+        Factor of the loss of each row, relative to that of a prior. The weights include the root of
+        this factor.
     """
 
     weights: Array
@@ -72,7 +74,7 @@ class WeightedLoss:
     shares: Array
 
     def counted(self, z: Array) -> Array:
-        """Return the loss with its first two derivatives, (3, n).
+        """Return the loss with its factor `shares`, and its first two derivatives, (3, n).
 
         `z`, (n,), are squared weighted residuals over the squared scale of the loss.
         """
@@ -100,11 +102,12 @@ class SearchResult:
     cost : float
         Cost at the final parameters, see `cost_of`.
     converged : bool
-        True if the search converged.
+        True if the last trust-region search converged and the active bounds did not change.
     step_left : float
-        Length of the next Gauss-Newton step in standard errors, see `Search`.
+        Length of the Gauss-Newton step from the final parameters, in standard errors, see `Search`;
+        infinite if unknown.
     interrupted : bool
-        True if Ctrl-C ended the search. The result is then the best point so far.
+        True if Ctrl-C ended the search. The result then has the parameters of the lowest cost.
     """
 
     physical: Array
@@ -164,7 +167,7 @@ class Search:
     def run(self, start: Array) -> SearchResult:
         """Search from parameters (P,) strictly inside their bounds.
 
-        An interrupt (Ctrl-C) ends the search with the best point so far.
+        An interrupt (Ctrl-C) ends the search with the parameters of the lowest cost so far.
 
         Raises
         ------
@@ -181,23 +184,23 @@ class Search:
             return replace(self._best, steps=tuple(self._steps), interrupted=True)
 
     def _searched(self, start: Array) -> SearchResult:
-        """Return the end of a search that is repeated until the active bounds do not change.
+        """Return the result of searches that are repeated until the active bounds do not change.
 
         After each search, parameters that the residuals drive to a bound are fixed there, and
-        parameters that they drive away from a bound are freed.
+        parameters that the residuals drive away from a bound are freed.
         """
         at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
-        for left in reversed(range(self._rounds)):
-            at, converged = self._ended(at, bound)
-            moved = self._at_bounds(at)
-            settled = np.array_equal(moved, bound)
-            if settled or not left or len(self._steps) >= MOST_IN_ALL:
+        for remaining in reversed(range(self._rounds)):
+            at, converged = self._trust_region(at, bound)
+            active = self._active_bounds(at)
+            settled = np.array_equal(active, bound)
+            if settled or not remaining or len(self._steps) >= MOST_IN_ALL:
                 break
-            freed, u = (bound != 0) & (moved == 0), self._unknowns
+            freed, u = (bound != 0) & (active == 0), self._unknowns
             at = np.select(
-                [moved < 0, moved > 0, freed], [u.lower, u.upper, u.inside(at, self._scale)], at
+                [active < 0, active > 0, freed], [u.lower, u.upper, u.inside(at, self._scale)], at
             )
-            bound = moved
+            bound = active
         errors, jacobian = self._slopes_at(at)
         return SearchResult(
             physical=at,
@@ -210,14 +213,15 @@ class Search:
             step_left=self._step_left(at),
         )
 
-    def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, bool]:
+    def _trust_region(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, bool]:
         """Return the parameters (P,) at the end of one trust-region search, and if it converged.
 
         The search starts at parameters `at`, (P,), and is in units of the parameters' scales.
         Parameters with an active bound (`bound` is -1 or 1) are fixed.
         """
         u = self._unknowns
-        if not (chosen := u.free & (bound == 0)).any():
+        chosen = u.free & (bound == 0)
+        if not chosen.any():
             return at, True
         from scipy.optimize import least_squares
 
@@ -225,13 +229,13 @@ class Search:
         bounds = u.lower[chosen] / scale, u.upper[chosen] / scale
 
         def whole(x: Array) -> Array:
-            """Return all parameters, (P,), for scaled values of the searched ones."""
+            """Return all parameters, (P,), for scaled values of the searched parameters."""
             there = at.copy()
             there[chosen] = x * scale
             return np.where(u.free, np.clip(there, u.lower, u.upper), at)
 
         def loss(z: Any) -> Any:
-            """Return the loss of the rows, then squares of the prior errors, with derivatives."""
+            """Return the loss of the rows and of the prior errors (squares), with derivatives."""
             found = _squares(z)
             found[:, :rows] = self._weighing.counted(z[:rows])
             return found
@@ -255,11 +259,12 @@ class Search:
     def _residuals(self, at: Array) -> Array:
         """Return weighted residuals, then prior errors, at parameters (P,), (n + j,).
 
-        They are large values if the loop cannot be simulated.
+        If the loop cannot be simulated, all are a large value, so that the step is rejected.
         """
         if np.array_equal(self._at, at) or not self._largest:
             return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
-        if (lanes := self._predictions(at[None, :])).failures:
+        lanes = self._predictions(at[None, :])
+        if lanes.failures:
             rows = len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
             return np.full(rows, _LOST * self._largest)
         return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)
@@ -282,17 +287,18 @@ class Search:
         self._at = at.copy()
         errors, _ = self._slopes
         rows = weighed_rows(at, errors, u, self._weighing)
-        self._largest = self._largest or max(float(np.abs(rows).max()), 1.0)
+        if not self._largest:  # at the start
+            self._largest = max(float(np.abs(rows).max()), 1.0)
         self._keep_best(at)
         error = float(np.sqrt(np.mean(errors[:: len(self._predictions.units)] ** 2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
         if self._progress is not None:
-            said = f"step {len(self._steps)}, error {error:.4g}"
-            self._progress(len(self._steps) - 1, MOST_STEPS, said)
+            text = f"step {len(self._steps)}, error {error:.4g}"
+            self._progress(len(self._steps) - 1, MOST_STEPS, text)
         return self._slopes
 
     def _keep_best(self, at: Array) -> None:
-        """Store the last parameters as the best ones, if no earlier ones have a lower cost."""
+        """Store the last parameters as the best, unless earlier parameters have a lower cost."""
         errors, jacobian = self._slopes
         cost = cost_of(at, errors, self._unknowns, self._weighing)
         if self._best is None or cost <= self._best.cost:
@@ -319,10 +325,10 @@ class Search:
         return float(np.linalg.norm(shown @ step)) / noise if noise > 0 else 0.0
 
     def _rows_as_counted(self, at: Array) -> tuple[Array, Array]:
-        """Return residuals (n + j,) and Jacobian (n + j, P), times their weights under the loss.
+        """Return residuals (n + j,) and Jacobian (n + j, P) of the equivalent least squares.
 
         Weighted residuals and their Jacobian are multiplied by the root of the loss's derivative;
-        those of the j prior values are not.
+        the j prior errors and their Jacobian are not.
         """
         rows = weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         n, jacobian = len(self._weighing.weights), self._jacobian(at)
@@ -331,21 +337,21 @@ class Search:
         jacobian[:n] *= np.sqrt(slope)[:, None]
         return rows, jacobian
 
-    def _at_bounds(self, at: Array) -> NDArray[np.int8]:
+    def _active_bounds(self, at: Array) -> NDArray[np.int8]:
         """Return the active bounds at parameters `at`, (P,): -1 lower, 1 upper, 0 none.
 
-        A bound is active if the parameter is within a part of its standard error of it, and the
-        cost falls beyond it. The standard errors are scaled by the present residuals, as the
-        weights are those of the start.
+        A bound is active if the parameter is closer to it than a twentieth of its standard error,
+        and the cost falls towards it. The standard errors are scaled by the present residuals, as
+        the weights are those of the start.
         """
         (errors, _), u = self._slopes_at(at), self._unknowns
         rows, jacobian = weighed_rows(at, errors, u, self._weighing), self._jacobian(at)
         n, c = len(self._weighing.weights), self._weighing.tuning
         counts = self._weighing.counted((rows[:n] / c) ** 2)[1]
-        left = np.sqrt(np.sum(counts * rows[:n] ** 2) / max(np.count_nonzero(rows[:n]), 1))
+        noise = np.sqrt(np.sum(counts * rows[:n] ** 2) / max(np.count_nonzero(rows[:n]), 1))
         rows[:n] *= counts
-        downhill = -(jacobian.T @ rows)
-        reach = _AT_BOUND * left / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+        downhill = -(jacobian.T @ rows)  # negative gradient of the cost
+        reach = _AT_BOUND * noise / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
         reach = np.maximum(reach, _TOLERANCE * self._scale)
         low = u.free & (downhill < 0) & (at - u.lower <= reach)
         high = u.free & (downhill > 0) & (u.upper - at <= reach)
@@ -353,7 +359,10 @@ class Search:
 
 
 def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss) -> Array:
-    """Return weighted residuals (n,), then the prior errors over their standard deviations."""
+    """Return the weighted residuals (n,), then the prior errors ``(theta - prior)/sd`` (j,).
+
+    `at` are the parameters, (P,), and `errors` the residuals, (n,).
+    """
     return np.concatenate([weighing.weights * errors, unknowns.known_errors(at)])
 
 
@@ -376,7 +385,7 @@ def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss
 
 
 def best_of(found: Sequence[SearchResult]) -> SearchResult:
-    """Return the result with the lowest cost; the first of equal ones."""
+    """Return the result with the lowest cost; the first of results with equal costs."""
     least = min(each.cost for each in found) * (1 + 100 * _TOLERANCE)
     return next(each for each in found if each.cost <= least)
 
@@ -398,4 +407,5 @@ def _huber(z: Array) -> Array:
     return np.where(z > 1, [2 * root - 1, 1 / root, -0.5 / root**3], _squares(z))
 
 
+#: Loss functions by name.
 LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})

@@ -73,8 +73,8 @@ _MAX_BEYOND_NOISE = 15.0  # % of a recorded output: error beyond noise
 # % of a recorded output: error including noise; a loop that does not move has 100 %, noise of a
 # small motion hardly more
 _MAX_ERROR = 120.0
-# %, change of a parameter by an error of 1 % in a term of the law; beyond it, an error of the law
-# is an error of the parameters
+# %, change of a parameter by an error of 1 % in a term of the law; beyond this change, the
+# parameters need an exact law
 _MAX_LAW_SENSITIVITY = 5.0
 _MAX_APART = 0.5  # share of the searches that end above the lowest cost
 _SAME_END = 1e-3  # relative difference of costs up to which two searches end at the same minimum
@@ -92,10 +92,10 @@ def judged(of: OutputFit) -> tuple[Check, ...]:
 def control_law_check(of: OutputFit) -> Check | Missing:
     """Return the check that the recorded control follows the declared law.
 
-    The check fails if a plausible explanation of the difference changes a parameter beyond its
-    interval. It is a note if the law fails, but no such explanation changes a parameter so much.
-    Otherwise it is the check of the first record that fails, or of the first record if none fails.
-    Missing if the law cannot be compared.
+    It is the check of the first record that fails, or of the first record if none fails, with two
+    exceptions. The check fails if a plausible explanation of the difference changes a parameter
+    beyond its interval. It is a note if the law fails, but each failure has a plausible explanation
+    and none changes a parameter so much. Missing if the law cannot be compared.
     """
     check, moved = law_check(of.law), _moved_most(of)
     if isinstance(check, Missing):
@@ -151,11 +151,11 @@ class _LargestMove:
 
 
 def _moved_most(of: OutputFit) -> _LargestMove | None:
-    """Return the parameter that a plausible explanation of the control changes most.
+    """Return the parameter that a plausible explanation of the recorded control changes most.
 
     Without a plausible explanation, the changes by other gains are used. Changes beyond the
-    interval of a parameter come first. None if no change could be calculated, or no record shows
-    one.
+    interval of a parameter come first. None if no change could be calculated, or if no record shows
+    a change.
     """
     if isinstance(moves := of.law_moves_by_explanation, Missing):
         return None
@@ -166,15 +166,16 @@ def _moved_most(of: OutputFit) -> _LargestMove | None:
     for kind in kinds or ((GAINS,),):
         if kind not in moves:
             continue
-        # `claimed` is the change in standard errors of the parameter, `far` that in standard errors
-        # of parameter and change together. Of changes beyond the interval, the largest is used.
+        # Change in standard errors of the parameter (`claimed`), and in standard errors of the
+        # difference between parameter and change (`far`).
         shift, shift_deviations = moves[kind]
-        claimed, far = (
-            np.divide(np.abs(shift), sizes, out=np.zeros(len(shift)), where=counted)
-            for sizes in (of.deviations, np.hypot(of.deviations, shift_deviations))
-        )
+        both = np.hypot(of.deviations, shift_deviations)
+        claimed = np.divide(np.abs(shift), of.deviations, out=np.zeros(len(shift)), where=counted)
+        far = np.divide(np.abs(shift), both, out=np.zeros(len(shift)), where=counted)
+        # Of several changes beyond the interval, the largest in standard errors of the parameter.
         beyond = far > MAX_LAW_MOVE.value
-        j = int(np.argmax(np.where(beyond, claimed, 0.0) if beyond.any() else far))
+        sizes = np.where(beyond, claimed, 0.0) if beyond.any() else far
+        j = int(np.argmax(sizes))
         value = of.physical[j]
         found.append(
             _LargestMove(
@@ -192,9 +193,9 @@ def _moved_most(of: OutputFit) -> _LargestMove | None:
 def law_factors_check(of: OutputFit) -> Check | Missing | None:
     """Return the check that the difference between law and control changes no parameter too much.
 
-    It also fails if each law that fails has a plausible explanation, because the check of the law
-    may then be a note. Missing if the changes could not be calculated; None if no record shows a
-    difference.
+    The check also fails if each law that fails has a plausible explanation, because the check of
+    the law may then be a note. Missing if the changes could not be calculated; None if no record
+    shows a difference.
     """
     if isinstance(of.law_moves_by_explanation, Missing):
         return of.law_moves_by_explanation
@@ -223,8 +224,8 @@ def _is_explained(of: OutputFit) -> bool:
 def _correction_of_law(of: OutputFit, moved: _LargestMove) -> LawCorrection:
     """Return the correction of the law: the term that changes the parameter of `moved` most.
 
-    The factor of the term in the recorded control comes with it. Both are None if other gains are
-    not the cause.
+    The correction also has the factor of the term in the recorded control. Term and factor are None
+    if other gains are not the cause.
     """
     term = factor = None
     if GAINS in moved.kind:
@@ -282,10 +283,10 @@ def convergence_check(of: OutputFit) -> Check:
 
 
 def noise_in_loop_check(of: OutputFit) -> Missing | None:
-    """Return the reason why the bias by noise in the loop is unknown; None if it is corrected.
+    """Return the reason why the bias by noise in the loop is unknown, as Missing or NotUsed.
 
-    NotUsed if the bias is not expected for this fit, Missing otherwise; None also if it was not
-    requested.
+    None if the bias is corrected, or if no replicas were requested. NotUsed if replicas do not
+    apply to this fit, or if the output is that of an open loop.
     """
     if not isinstance(of.moved, Missing):
         return None
@@ -306,13 +307,13 @@ def starts_check(of: OutputFit) -> Check | None:
         status=status_of(share <= _MAX_APART, matters=False),
         figure=share,
         threshold=_MAX_APART,
-        source="chosen: beyond it, few searches find the lowest minimum",
+        source="chosen: above this share, few searches find the lowest minimum",
         finding=EndsOfSearches(at_best=int(at_best), searches=searches),
     )
 
 
 def windows_check(of: OutputFit) -> Check | None:
-    """Return the check that an open loop has enough windows, in which errors do not grow.
+    """Return the check that an open loop has enough windows, and that errors do not grow in them.
 
     None for a closed loop.
     """
@@ -345,22 +346,25 @@ def windows_check(of: OutputFit) -> Check | None:
 def simulation_check(of: OutputFit) -> Check:
     """Return the check that the simulated output follows the recorded one, except for noise.
 
-    The error beyond noise is limited, as noise may be most of a small output; and so is the error
-    including noise.
+    The error beyond noise is limited, because noise may be most of a small output. The error
+    including noise has a larger limit, because the oscillation of an unstable loop looks like
+    noise.
     """
-    # The oscillation of an unstable loop looks like noise, but its error is above 100 %.
-    lost = of.error_percent > _MAX_ERROR
-    worst = max(of.of_records, key=lambda each: each.percent if lost else each.percent_beyond_noise)
+    is_lost = of.error_percent > _MAX_ERROR
+    if is_lost:
+        worst = max(of.of_records, key=lambda each: each.percent)
+    else:
+        worst = max(of.of_records, key=lambda each: each.percent_beyond_noise)
     beyond, output = worst.percent_beyond_noise, worst.output
     percent = max(each.percent for each in of.of_records if each.output == output)
-    good = bool(beyond < _MAX_BEYOND_NOISE and not lost)
+    good = bool(beyond < _MAX_BEYOND_NOISE and not is_lost)
     return Check(
         name="simulation",
         status=status_of(good),
         figure=beyond,
         threshold=_MAX_BEYOND_NOISE,
-        source="chosen: it is 4.5 % on the EMPS record, whose model does not explain 6 % of the "
-        "control",
+        source="chosen: the error beyond noise is 4.5 % on the EMPS record, whose model does not "
+        "explain 6 % of the control",
         finding=SimulatedOutput(
             output=output,
             percent=finite(percent),
@@ -373,8 +377,8 @@ def simulation_check(of: OutputFit) -> Check:
 def missing_terms_check(of: OutputFit) -> Check | None:
     """Return the check that no missing term and no fixed value explains part of the residual.
 
-    It is a note if a wrong control law, or a bound that the record contradicts, is another possible
-    cause. None if there is no such check.
+    A failed check becomes a note if a wrong control law, or a bound that the record contradicts, is
+    another possible cause. None if the check applies to no record.
     """
     check = joined_check("missing terms", of)
     if check is None or check.status != "fail":
@@ -395,7 +399,7 @@ def missing_terms_check(of: OutputFit) -> Check | None:
 def moved_check(of: OutputFit) -> Check | None:
     """Return the check that missing terms do not bias a parameter too much for its use.
 
-    None if it applies to no record.
+    None if the check applies to no record.
     """
     found = missing_terms_check(of)
     checks = [moved_parameters_check(found, lacks) for lacks in of.lacks]
@@ -403,9 +407,9 @@ def moved_check(of: OutputFit) -> Check | None:
 
 
 def joined_check(name: str, of: OutputFit) -> Check | None:
-    """Return the misspecification check of a name, joined over all records; None if none applies.
+    """Return one misspecification check, joined over all records; None if it applies to no record.
 
-    Names are those of `misspecification_check`, such as ``missing terms`` and ``outliers``.
+    `name` is a name of `misspecification_check`, such as ``missing terms`` or ``outliers``.
     """
     checks = [
         made(name, partial(misspecification_check, lacks, name, axis, record, of.levels))
@@ -415,7 +419,7 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
 
 
 def steps_check(of: OutputFit) -> Check | None:
-    """Return the check that no recorded position has sudden steps; None if it applies to none."""
+    """Return the check that no recorded position has sudden steps; None if it applies nowhere."""
     checks = [
         sudden_steps_check(each, record) for each, record in zip(of.axes, of.records, strict=True)
     ]
@@ -423,7 +427,7 @@ def steps_check(of: OutputFit) -> Check | None:
 
 
 def rests_check(of: OutputFit) -> Check | None:
-    """Return a note on samples near standstill or velocity reversals; None without any."""
+    """Return a note on samples near standstill or velocity reversals; None without such samples."""
     counted, measured = of.judged_sandwich.counted, of.predictions.counted
     share = 1 - np.count_nonzero(counted) / np.count_nonzero(measured)
     if not (share or of.rests_count):
@@ -439,11 +443,12 @@ def rests_check(of: OutputFit) -> Check | None:
 def records_alike_check(of: OutputFit) -> Check | Missing | None:
     """Return the check that several records have the same parameters; None for one record.
 
-    The parameters of each record alone are compared with the common ones, to first order.
+    The parameters of each record alone are compared with the common parameters, to first order.
+    Missing if no record can be tested.
     """
     if len(of.records) < 2:
         return None
-    # Parameters that records must have in common; then the derivatives of each record by them.
+    # Parameters that all records must share; then the derivatives of each record's errors by them.
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
     shared &= ~np.isin(of.names, (*of.estimated_gains.names, GAIN))
     sandwich, places = of.judged_sandwich, np.flatnonzero(of.unknowns.free & (of.sides == 0))
@@ -476,13 +481,15 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
     return pooling_check(comparison, record_labels(of.records), of.levels, "output")
 
 
-_LEAST_VARIANCE = 1e-2  # of the prior's variance: least variance of the distance from the prior
+# Least variance of the distance from the prior value, relative to the variance of the prior value.
+_LEAST_VARIANCE = 1e-2
 
 
 def known_check(of: OutputFit) -> Check | None:
     """Return the check that prior values agree with the records; None without prior values.
 
-    The distance is in standard errors of the difference; the farthest parameter is reported.
+    The distance between prior value and estimate is in standard errors of their difference; the
+    parameter with the largest distance is reported.
     """
     if not of.prior:
         return None
@@ -490,6 +497,8 @@ def known_check(of: OutputFit) -> Check | None:
     for name, (mean, sd) in of.prior.items():
         alone = of.without_prior.get(name)
         value, deviation = alone or (of[name].value, of[name].deviation)
+        # Prior value and estimate are independent without the prior in the estimate; with it, the
+        # variance of the difference is the difference of the variances.
         variance = sd**2 + deviation**2 if alone else sd**2 - deviation**2
         far[name] = abs(value - mean) / float(np.sqrt(max(variance, _LEAST_VARIANCE * sd**2)))
     worst, most = max(far, key=far.__getitem__), MIN_DISTANCE_FROM_NOISE.value
@@ -530,10 +539,10 @@ def shown_check(of: OutputFit) -> Check:
 
 
 def precise_check(of: OutputFit) -> Check | None:
-    """Return the check of the relative standard errors of free parameters; None without any.
+    """Return the check of the relative standard errors of the free parameters.
 
-    A parameter that changes the output negligibly, also with twice its standard error, may have a
-    large one.
+    The standard error of a parameter is not limited if the parameter changes the output negligibly,
+    also with twice its standard error added. None without free parameters.
     """
     # Effect of each parameter on the output (norm and largest value), relative to the largest.
     parts = np.abs(of.weighing.weights[:, None] * of.best.jacobian * of.physical)
@@ -545,7 +554,8 @@ def precise_check(of: OutputFit) -> Check | None:
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.where(chosen, of.deviations / np.abs(of.physical), 0.0)
-        times, percent = 1 + 2 * relative, 100 * relative  # times: largest likely value, relative
+        # `times` is the largest likely value of a parameter, relative to its value.
+        times, percent = 1 + 2 * relative, 100 * relative
         small = (whole * times < NEGLIGIBLE_FORCE.value) & (
             peak * times < NEGLIGIBLE_PEAK_FORCE.value
         )
@@ -568,9 +578,9 @@ def precise_check(of: OutputFit) -> Check | None:
 
 
 def enough_rows_check(of: OutputFit) -> Check | None:
-    """Return a failed check if independent samples are too few; None otherwise.
+    """Return a failed check if there are too few independent samples; None otherwise.
 
-    As many samples are independent as `identify` has rows by default.
+    The number of independent samples is the number of rows that `identify` has by default.
     """
     sandwich, every = of.judged_sandwich, _samples_of_row(of)
     counted = [np.count_nonzero(sandwich.counted[record_rows(each)]) for each in sandwich.spans]
@@ -582,21 +592,21 @@ def enough_rows_check(of: OutputFit) -> Check | None:
 
 
 def _samples_of_row(of: OutputFit) -> list[int]:
-    """Return by record the number of samples of the outputs that count as one row of `identify`."""
+    """Return the number of samples of the outputs that make one row of `identify`, by record."""
     sandwich = of.judged_sandwich
     every = (Prefilter().at_rate_of(period).decimate for period in sandwich.periods)
     return [sandwich.outputs * each for each in every]
 
 
 def bounds_check(of: OutputFit) -> Check:
-    """Return the check of parameters at their bounds, which the record supports or contradicts."""
+    """Return the check that the record does not contradict the bounds at which parameters are."""
     if of.held:
         return at_bound_check(of.held)
     return Check(name="bounds", status="pass", finding=NoParameterAtBound())
 
 
 def nominal_values_check(of: OutputFit) -> Check | None:
-    """Return a note on values of another order of magnitude than declared; None without any."""
+    """Return a note on values of another order of magnitude than declared; None if none is."""
     declared = {p.name: p for p in of.axes[0].axis.parameters}
     return nominal_check(
         (declared[name], each.value, student_interval(each.value, each.deviation, np.inf))

@@ -33,13 +33,13 @@ from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.estimation.unknowns import Unknowns
 from axisid.support.arrays import Array, BoolArray, column_sizes
 
-# of the largest change of the outputs by a parameter along a direction that they do not show; a
-# parameter with a larger change is named
+# A parameter is part of a direction that the outputs do not show, if the parameter alone would
+# change the outputs by more than this share of the largest such change.
 _MIN_PART = 0.1
 
 
 def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[Array, BoolArray]:
-    """Return directions in which parameters change and the errors do not.
+    """Return directions in which the parameters change, but the errors do not.
 
     Parameters
     ----------
@@ -52,11 +52,14 @@ def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[A
 
     Returns
     -------
-    (k, P) array, (k, P) array of bool
-        Common changes of the parameters in each direction, and True for parameters that are part of
-        it: by the change of the outputs that each parameter alone would make.
+    (k, P) array
+        Common changes of the parameters in each of k directions.
+    (k, P) array of bool
+        True for parameters that are part of the direction: by the change of the outputs that each
+        parameter alone would make.
     """
-    # A free parameter without effect on the errors is a direction of its own.
+    # A free parameter without effect on the errors is a separate direction. `changes` are in units
+    # of the effect on the errors, `moves` are those of the parameters.
     scaled = jacobian * scale
     sizes = np.linalg.norm(scaled, axis=0)
     seen = sizes > MIN_SHOWN.value * sizes.max(initial=0.0)
@@ -64,9 +67,9 @@ def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[A
     # Combinations of the other parameters, by small singular values of columns of equal size.
     if seen.any():
         _, values, rows = np.linalg.svd(np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r"))
-        lost, into = rows[values <= MIN_SHOWN.value * values[0]], np.eye(len(sizes))[seen]
-        changes = np.vstack([changes, lost @ into])
-        moves = np.vstack([moves, (lost / sizes[seen] * scale[seen]) @ into])
+        unseen, into = rows[values <= MIN_SHOWN.value * values[0]], np.eye(len(sizes))[seen]
+        changes = np.vstack([changes, unseen @ into])
+        moves = np.vstack([moves, (unseen / sizes[seen] * scale[seen]) @ into])
     size = np.abs(changes)
     return moves, size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0)
 
@@ -102,8 +105,8 @@ def named_directions(
     return tuple(directions)
 
 
-# smallest singular value that is inverted, relative to the largest; a parameter above it that is
-# hardly shown has a large standard error instead
+# Smallest singular value that is inverted, relative to the largest. A hardly shown parameter above
+# this limit has a large standard error.
 _LEAST_SINGULAR_VALUE = MIN_SHOWN.value / 2
 
 
@@ -155,8 +158,8 @@ class Sandwich:
     def inverse(self) -> Array:
         """Inverse of the curvature of the cost, (k, k), from scaled columns.
 
-        Directions without any effect are left out, and their variances reported as infinite:
-        otherwise their rounding errors would be in the variances of all other parameters.
+        Directions without any effect are left out; `inferred` reports infinite variances for them.
+        Otherwise their rounding errors would be in the variances of all other parameters.
         """
         rows = np.vstack([np.sqrt(self.curvature)[:, None] * self.jacobian, self.known])
         size = column_sizes(rows)
@@ -167,8 +170,8 @@ class Sandwich:
     def influence(self, weights: Array) -> Array:
         """Return the influence of the errors of the outputs on the parameters, (k, n).
 
-        Errors e change the parameters by minus the influence times e; `weights`, (n,), are those of
-        the errors.
+        Additional errors e, (n,), change the parameters by minus the influence times e. `weights`,
+        (n,), are the weights of the errors.
         """
         weighed = self.curvature[:, None] * self.jacobian * weights[:, None]
         return np.asarray(self.inverse @ weighed.T)
@@ -189,9 +192,9 @@ class Sandwich:
     def coloured(self, *, clustered: bool = False) -> CovarianceEstimate:
         """Return the covariance for autocorrelated errors, (k, k), with degrees of freedom.
 
-        The errors of each record follow an autoregression. If `clustered`, the covariance is the
-        scatter over windows of an open loop instead. The part that is due to the standard errors of
-        prior values has infinite degrees of freedom.
+        The errors of each record follow an autoregression. If `clustered`, the covariance is
+        instead that of the scatter over stretches, which are the windows of an open loop. The part
+        that is due to the standard errors of prior values has infinite degrees of freedom.
         """
         columns, known = self.jacobian @ self.inverse, self.by_known()
         if clustered:
@@ -203,8 +206,8 @@ class Sandwich:
                 self._of_record(columns, r, float(np.sum(columns[rows] * curved[rows])))
                 for r, rows in enumerate(map(record_rows, self.spans))
             ]
-        sure = CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))
-        return sum_covariances([*parts, sure])
+        by_prior = CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))
+        return sum_covariances([*parts, by_prior])
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
         """Return the covariance that the errors of one record cause, (j, j).
@@ -233,9 +236,10 @@ class Sandwich:
     def effects(self) -> Array:
         """Return the ratio of coloured to independent variance by record, (r,); 1 if unknown.
 
-        It is the ratio in the directions of the prior values. A record whose weights are divided by
-        the square root of the ratio has the weight relative to the prior that its autocorrelated
-        errors allow. This is exact for one parameter.
+        Coloured errors are autocorrelated. The ratio is that in the directions of the prior values.
+        If the weights of a record are divided by the square root of the ratio, the record has the
+        weight relative to the prior values that its autocorrelated errors allow. This is exact for
+        one parameter.
         """
         reach, ratios = self.known @ self.inverse, []
         for r, spans in enumerate(self.spans):
@@ -247,7 +251,7 @@ class Sandwich:
     def beside(self, columns: Array) -> "Sandwich":
         """Return the sandwich with q further parameters, which have no prior values.
 
-        `columns`, (n, q), has the derivatives of the weighted errors by them.
+        `columns`, (n, q), are the derivatives of the weighted errors by the further parameters.
         """
         nothing = np.zeros((len(self.known), columns.shape[1]))
         return replace(
@@ -257,18 +261,29 @@ class Sandwich:
         )
 
     def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
-        """Return the changes of an estimate if further parameters are estimated, to first order.
+        """Return the changes of an estimate if q further parameters are estimated, to first order.
 
-        The further parameters have the columns (n, q). Returned are the changes of all parameters,
-        (k + q,), with their covariance and their degrees of freedom. The covariance is that over
-        simulated replicas, or that of autocorrelated errors if there are too few replicas.
+        Parameters
+        ----------
+        columns : (n, q) array
+            Derivatives of the weighted errors by the further parameters.
+        clustered : bool
+            As in `coloured`; not used with replicas.
+
+        Returns
+        -------
+        (k + q,) array, (k + q, k + q) array, (k + q,) array
+            Changes of all parameters, their covariance and its degrees of freedom. The covariance
+            is that over simulated replicas, or that of autocorrelated errors if there are too few
+            replicas.
         """
         # One Gauss-Newton step with the further parameters, then its covariance.
         wide, k = self.beside(columns), self.jacobian.shape[1]
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
         if self.twins is not None:
             of_twins = wide.inverse @ (wide.jacobian.T @ self.twins)
-            if (by_twins := covariance_of_twins(of_twins, columns.shape[1])) is not None:
+            by_twins = covariance_of_twins(of_twins, columns.shape[1])
+            if by_twins is not None:
                 return change, by_twins.matrix + wide.by_known(), by_twins.freedom
         errors = self.errors + self.curvature * (wide.jacobian @ change)
         by_errors = replace(wide, errors=errors).coloured(clustered=clustered)

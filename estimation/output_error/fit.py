@@ -56,9 +56,9 @@ _MOST_STARTS, _LARGEST_SEED = 1000, 2**63
 # periods: change of a time of the drive up to which the output is linear in it, so that the loop
 # need not be generated again
 _MAX_TIME_STEP = 0.01
-_ROUNDS = 8
+_ROUNDS = 8  # largest number of loops that are generated for other times of the drive
 _FURTHEST = 2.0  # periods: largest change of a time of the drive in one round
-# of the standard error of the time: the record does not show smaller steps
+# share of the standard error of the time: the record does not show smaller steps
 _SHARE_OF_STANDARD_ERROR = 0.05
 _TIME_STEP = 0.05  # periods: step of a time of the drive for the derivative by it
 
@@ -129,8 +129,8 @@ def fit(
         ``start``: the initial position and velocity of each loop, which are otherwise those of the
         record; ``start_position`` or ``start_velocity``: one of them.
     loss : {"squares", "soft-l1", "huber"}
-        Loss function of the errors. With a robust one, errors that are large relative to the median
-        have less weight.
+        Loss function of the errors. With a robust loss, errors that are large relative to the
+        median have less weight.
     starts : int
         Number of searches. The first begins at the start, the others at random values near it, also
         of the opposite sign if the bounds allow; the search with the lowest loss counts.
@@ -148,8 +148,8 @@ def fit(
         output. By default it is the inverse of the residual of the output in each record.
     rests : {"leave-out", "keep"}
         Treatment of samples near a standstill or velocity reversal of a record or of its simulated
-        loop. They are left out as `identify` leaves out rows, if the others show every parameter.
-        An open loop keeps them.
+        loop. By default these samples are left out, as `identify` leaves out rows, if the other
+        samples show every parameter. An open loop keeps them.
     progress : callable, optional
         Called before each step with the number of finished steps, the largest number of steps, and
         the state of the search.
@@ -176,7 +176,8 @@ def fit(
         UsageError,
         (
             not (is_whole(starts) and 1 <= starts <= _MOST_STARTS),
-            f"the starts are {quoted(starts)}. Give a whole number from 1 to {_MOST_STARTS}",
+            f"the number of starts is {quoted(starts)}. Give a whole number from 1 to "
+            f"{_MOST_STARTS}",
         ),
         (
             not (is_whole(seed) and 0 <= seed <= _LARGEST_SEED),
@@ -188,7 +189,7 @@ def fit(
     generated, given = as_generated(axis), records_of(record)
     gains, time = split_free(free, generated, given, outputs)
     search = partial(
-        _searched,
+        _run_searches,
         records=tuple(given),
         outputs=outputs,
         weights=checked_weights(weights, outputs),
@@ -208,26 +209,26 @@ def fit(
         progress=progress,
     )
     levels = Levels(level=level, least_share=least_share)
-    found = (
-        search(generated, start, None)
-        if time is None
-        else _with_time_found(generated, time, start, search, given[0].period)
-    )
+    if time is None:
+        found = search(generated, start, None)
+    else:
+        found = _search_with_drive_time(generated, time, start, search, given[0].period)
     return OutputFit.of(found, judged, levels)
 
 
-def _with_time_found(
+def _search_with_drive_time(
     axis: GeneratedAxis,
     time: Parameter,
     start: StartLike,
     search: Callable[[GeneratedAxis, StartLike, Parameter], FitSearch],
     period: float,
 ) -> FitSearch:
-    """Return the search that also estimates a time of the drive, a lag or a delay.
+    """Return the search that also estimates a time of the drive, which is its lag or its delay.
 
-    A loop is generated for one value of the time, in which the output is linear near that value
-    only. So each round generates the loop for the last estimate, and searches again from its end.
-    If the time does not converge in a number of rounds, the search has not converged.
+    A loop is generated for one value of the time, and the output is linear in the time near that
+    value only. So each round generates the loop for the last estimate of the time, and searches
+    again from the end of the last search. If the time does not converge in a number of rounds, the
+    search has not converged.
 
     Parameters
     ----------
@@ -237,9 +238,9 @@ def _with_time_found(
     start : str, mapping of str to float, or Estimate
         Start of the first round, as in `fit`.
     search : callable
-        Function that searches with an axis, a start and the time.
+        Returns the finished searches for an axis, a start and the time, see `_run_searches`.
     period : float
-        Sampling period of the records, s, as an open loop has no law with a period.
+        Sampling period of the records, s; not that of the law, as an open loop has no law.
     """
     value = float(getattr(axis.declared.drive, time.name))
     found: list[FitSearch] = []
@@ -267,7 +268,8 @@ def _with_time_found(
 def _standard_error_of_last(search: FitSearch) -> float:
     """Return the standard error of the last parameter for white errors, SI.
 
-    It is 0 if the other parameters have the same effect on the output.
+    It is the noise, divided by the norm of the part of the parameter's column that the columns of
+    the other parameters do not explain; 0 if there is no such part.
     """
     rows = search.weighing.weights[:, None] * search.best.jacobian
     errors = search.weighing.weights * search.best.errors
@@ -279,7 +281,7 @@ def _standard_error_of_last(search: FitSearch) -> float:
     return noise / unexplained if unexplained > 0 else 0.0
 
 
-def _searched(
+def _run_searches(
     generated: GeneratedAxis,
     start: StartLike,
     time: Parameter | None,
@@ -302,12 +304,15 @@ def _searched(
     keeps_rests: bool,
     progress: Progress | None,
 ) -> FitSearch:
-    """Return the finished searches of a fit with the simulated loop of an axis.
+    """Return the finished searches of a fit with the simulated loop of one axis.
+
+    The parameters, their starts and the residuals are set up first. Then the start with the lowest
+    cost is chosen, and the searches run.
 
     Parameters
     ----------
     generated : GeneratedAxis
-        Axis with the present value of a time of the drive that is estimated.
+        Axis; with the present value of a lag or delay that is estimated.
     start : str, mapping of str to float, or Estimate
         Start of the search, as in `fit`.
     time : Parameter or None
@@ -326,9 +331,10 @@ def _searched(
     # The parameters of all records, their bounds and prior values, and their starts.
     shared = joint_records(generated, records, None, local, known, gain, skip_bad=False)
     records, form = shared.records, form_with(free, outputs, shared, shared.own_form)
-    form = form if time is None else replace(form, time=(time,))
+    if time is not None:
+        form = replace(form, time=(time,))
     unknowns = unknowns_of(form, bounds, prior, fixed)
-    begins, why = starts_from(start, shared, form, gain)
+    begins, unavailable = starts_from(start, shared, form, gain)
     first_at = begins[0].physical
     predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
@@ -349,7 +355,7 @@ def _searched(
     # The searches.
     rests = {} if keeps_rests else near_rests(form, records)
     run = FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
-    first, begun, lost = run.first(begins)
+    first, begun, failed = run.first(begins)
     if time is not None:
         predictions.follow_time(others, begun, value, step)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
@@ -365,7 +371,7 @@ def _searched(
         started=first.named,
         scale=run.scale,
         weighing=run.weighing,
-        remarks=(*why, *lost),
+        remarks=(*unavailable, *failed),
         best=best_of(ends),
         searches=ends,
         bootstrap=0 if run.interrupted else bootstrap,
@@ -388,8 +394,9 @@ def _predictions(
     """Return the residuals of the outputs as a function of the parameters.
 
     A closed loop is simulated over whole segments, an open loop in windows of the length `horizon`,
-    s. If this is None, the length is the longest in which errors do not grow at given parameters
-    (`physical`, (P,)). If the windows cannot be simulated there, the search reports it.
+    s. Without a given length, the windows have the longest length in which errors do not grow at
+    the parameters `physical`, (P,). If the windows cannot be simulated with these parameters, the
+    default length is kept, and the search reports the failure.
     """
     if OPEN_LOOP not in outputs:
         return ClosedLoopResiduals(form, form.axes, records, outputs)

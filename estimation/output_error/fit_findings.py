@@ -20,7 +20,7 @@ class LawCorrection:
     factor : float or None
         Value of that term in the record, relative to the declared value; None without a term.
     follows_position_alone : bool
-        True for a fit of the position only.
+        True if the position is the only fitted output.
     """
 
     term: str | None
@@ -112,7 +112,7 @@ class OpenLoopWindows(Finding):
     horizon : float
         Length of a window, s.
     steady_horizon : float
-        The longest one in which errors do not grow by more than `max_growth`, s.
+        Longest window in which errors do not grow by more than `max_growth`, s.
     max_growth : float
         Limit of the displacement by an initial velocity, relative to that of a free axis.
     windows, advised_windows : int
@@ -139,7 +139,7 @@ class SimulatedOutput(Finding):
     percent : float or None
         Error (rms) relative to the recorded output (rms), %; None for an output of 0.
     percent_beyond_noise : float or None
-        The same error without the part that noise explains.
+        The same error without the part that noise explains; None for an output of 0.
     follows : bool
         True if the simulated output follows the recorded one.
     """
@@ -179,7 +179,7 @@ class SamplesNearRests(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PriorAndRecord(Finding):
-    """The prior value of a parameter that is farthest from the record.
+    """Prior value and estimate of the parameter for which they differ most.
 
     Attributes
     ----------
@@ -226,8 +226,8 @@ class FitPrecision(Finding):
     Attributes
     ----------
     largest_percent : float or None
-        The largest one, without negligible parameters; None if one of them has a value of 0, or
-        there is none.
+        Largest relative standard error of the parameters that are not negligible, %; None if such a
+        parameter has a value of 0, or if there is no such parameter.
     has_others : bool
         True if there are parameters that are not negligible.
     negligible : tuple of RelativeError

@@ -115,7 +115,7 @@ class FitSearch:
     def sandwich(self, chosen: BoolArray) -> Sandwich:
         """Return the parts of the sandwich covariance at the end of the best search.
 
-        `chosen` is True for the parameters that it is of, (P,).
+        `chosen`, (P,), is True for the parameters of the covariance.
         """
         return sandwich_of(
             self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
@@ -123,35 +123,37 @@ class FitSearch:
 
 
 def near_rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredRecord]:
-    """Return the filtered records whose samples near standstill and reversals are left out.
+    """Return the filtered records that show which samples are near standstill and reversals.
 
-    The keys are the numbers of the records, from 0. A record may also keep all its samples.
+    The keys are the numbers of the records, from 0. The excluded stretches of a filtered record are
+    the samples that the fit leaves out; a record may also keep all its samples.
 
-    They are left out around standstill and reversals of the record and of its simulated loop, as
-    regressions leave out rows, at the distance that the default filter gives. At standstill
-    friction takes any force, so that such samples do not show the parameters; under a law with an
-    integral the control is undetermined there. With an encoder they bias the estimate: it has no
-    noise at standstill, and record and loop come to standstill and leave it at different times.
+    Samples are left out around standstill and reversals of the record and of its simulated loop, as
+    regressions leave out rows, at the distance that the default filter gives. There are two
+    reasons. At standstill friction takes any force, so that such samples do not show the
+    parameters; under a law with an integral the control is undetermined there. With an encoder such
+    samples bias the estimate: the encoder has no noise at standstill, and record and loop come to
+    standstill and leave it at different times.
 
-    No sample of any record is left out if the records together show too little without them.
-    Friction with internal state is shown near reversals only, and records that are too short for
-    the filter are kept whole.
+    No sample of any record is left out if the records together show too little without these
+    samples. Two kinds of records are kept whole: records of friction with internal state, which is
+    shown near reversals only, and records that are too short for the filter.
     """
-    served = list[int]()
+    filterable = list[int]()
     for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
         if not axis.states:
             with suppress(AxisidError):
                 FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
-                served.append(i)
-    if not served:
+                filterable.append(i)
+    if not filterable:
         return {}
     data = filtered_records(
-        [form.axes[i] for i in served],
-        [records[i] for i in served],
+        [form.axes[i] for i in filterable],
+        [records[i] for i in filterable],
         Prefilter(),
-        [form.of_model.record_jacobian(i) for i in served],
+        [form.of_model.record_jacobian(i) for i in filterable],
     )
-    return dict(zip(served, data, strict=True))
+    return dict(zip(filterable, data, strict=True))
 
 
 @dataclass
@@ -192,7 +194,8 @@ class FitRun:
         """Return the start with the lowest cost, its parameters (P,), and reasons of failed starts.
 
         The parameters are those of the start, moved inside the bounds. The weights of the rows are
-        estimated from the residual at the first start that can be simulated, and then at the best.
+        estimated from the residual at the first start that can be simulated, so that the costs of
+        the starts can be compared, and then again at the best start.
 
         Raises
         ------
@@ -200,37 +203,38 @@ class FitRun:
             No start can be simulated.
         """
         # Simulate all starts, and keep those that can be simulated.
-        why: list[str] = []
+        failed: list[str] = []
         tried = list[tuple[FitStart, Array, Array, Array, list[str]]]()
         for begin in begins:
             scale = self.unknowns.scale(begin.physical, begin.size)
             at = self.unknowns.inside(begin.physical, scale)
             lanes = self.predictions(at[None, :])
             if lanes.failures:
-                why.append(f"from {begin.named} values {lanes.failures[0]}")
+                failed.append(
+                    f"the fit cannot start from {begin.named} values: {lanes.failures[0]}"
+                )
             else:
-                tried.append((begin, at, lanes.errors[:, 0], scale, [*why]))
+                tried.append((begin, at, lanes.errors[:, 0], scale, [*failed]))
         if not tried:
-            raise EstimationError(
-                f"the fit cannot start: {why[0]}{self._suspects(begins[0])}", code="fit"
-            )
+            raise EstimationError(f"{failed[0]}{self._suspects(begins[0])}", code="fit")
         # Compare their costs with the weights of the first, then estimate the weights at the best.
         self.counted = self._counted()
         self._weigh(tried[0][2])
-        first, at, errors, self.scale, before = min(
-            tried, key=lambda each: cost_of(each[1], each[2], self.unknowns, self.weighing)
-        )
+        costs = [cost_of(at, errors, self.unknowns, self.weighing) for _, at, errors, _, _ in tried]
+        first, at, errors, self.scale, failed_before = tried[costs.index(min(costs))]
         self._weigh(errors)
-        return first, at, before
+        return first, at, failed_before
 
     def _counted(self, physical: Array | None = None) -> Array:
         """Return 1 for rows with weight, 0 near standstill of records and simulated loops, (n,).
 
+        A loop that never moves would leave no rows, and is not considered.
+
         Parameters
         ----------
         physical : (P,) array, optional
-            Parameters of the loops; without them only the records' standstill is considered. A loop
-            that never moves is not considered.
+            Parameters of the simulated loops; without parameters, only the standstill of the
+            records is considered.
         """
         counted = self.predictions.counted.copy()
         if not any(data.excluded for data in self.rests.values()):
@@ -241,11 +245,13 @@ class FitRun:
             samples = self.predictions.samples[r]
             near = mask_of(data.excluded, len(data))[samples]
             if data.excluded and loops:
+                # Samples near the standstill of the record, or of its simulated loop.
                 velocity = np.zeros(len(data))
                 velocity[samples] = loops[r]
                 turns = data.excluded + data.sampling.turns(velocity, data.fastest)
                 either = mask_of(turns, len(data))[samples]
-                near = near if either.all() else either
+                if not either.all():
+                    near = either
             rows = record_rows(self.predictions.spans[r])
             counted[rows][np.repeat(near, len(self.predictions.units))] = 0.0
         return counted
@@ -261,14 +267,16 @@ class FitRun:
             for q, value, is_low in zip(quantities, begin.physical, low, strict=True)
             if is_low
         )
-        said = below and (
-            f" The {begin.named} estimate is below the bounds: {below}. "
-            "Check the signs of the control, of the positions and of the drive gain."
-        )
+        sentences = ""
+        if below:
+            sentences = (
+                f" The {begin.named} estimate is below the bounds: {below}. "
+                "Check the signs of the control, of the positions and of the drive gain."
+            )
         law = first_failing([*map(law_agreement, self.form.axes, self.records)])
         if isinstance(law, LawAgreement) and not law.passed:
-            said += f" The control law: {law.sentence}."
-        return said
+            sentences += f" The control law: {law.sentence}."
+        return sentences
 
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
@@ -293,17 +301,18 @@ class FitRun:
         EstimationError
             No search can be finished.
         """
-        ends, lost, u = list[SearchResult](), list[EstimationError](), self.unknowns
+        ends, failures, u = list[SearchResult](), list[EstimationError](), self.unknowns
         sizes = self._sizes(begun) if count > 1 else self.scale
         for k in range(count):
             try:
-                if k:
+                if k:  # a random start; initial states of loops keep their values
                     drawn = u.drawn_about(first.physical, sizes, random)
                     drawn = np.where(least_sizes(self.form) > 0, first.physical, drawn)
                     begun = u.inside(drawn, self.scale)
+                # The first search estimates the weights, with which the others run.
                 ends.append(self._run(begun, u) if ends else self._search(begun))
             except EstimationError as error:
-                lost.append(error)
+                failures.append(error)
             except KeyboardInterrupt:
                 if not ends:
                     raise
@@ -311,8 +320,8 @@ class FitRun:
             if self.interrupted:
                 break
         if not ends:
-            raise lost[0]
-        # With the last weights, so that the costs can be compared.
+            raise failures[0]
+        # Costs with the last weights, so that they can be compared.
         return tuple(replace(e, cost=cost_of(e.physical, e.errors, u, self.weighing)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:

@@ -38,11 +38,12 @@ from axisid.support.errors import AxisidError, UsageError
 from axisid.support.wording import quoted
 
 _PART_OF_FORCE = 1e-3  # part of the force that a parameter of its least size makes
-_GAIN = "gain"  # name in `free`, besides the name of the parameter
+_GAIN = "gain"  # name of the drive gain in `free`; the name of its parameter is allowed too
 _LEAST = 0.1  # periods: least start of a time of the drive
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
 
-# 1/unit of the output, or the inverse; a larger ratio of weights hides an output by rounding
+# Largest weight, 1/unit of the output; the smallest is its inverse. With a larger ratio of weights,
+# rounding errors of one output would hide another output.
 _MAX_WEIGHT = 1e20
 
 #: Start of a fit as users give it: a name, values of parameters, or an estimate.
@@ -74,10 +75,10 @@ def split_free(
     records: Sequence[Record],
     outputs: Sequence[str],
 ) -> tuple[Sequence[str], Parameter | None]:
-    """Return the free names without times of the drive, and the drive's lag or delay.
+    """Return the free names without lag and delay, and the lag or delay of the drive if it is free.
 
-    The latter is None if neither is free; otherwise its nominal value is the declared one, but not
-    0.
+    The lag or delay is returned as a parameter. Its nominal value is the declared value, but at
+    least a tenth of a period. None if neither of the two is free.
 
     Parameters
     ----------
@@ -90,8 +91,8 @@ def split_free(
     Raises
     ------
     UsageError
-        Both times are free, or one that the records cannot show, or with which no loop can be
-        simulated.
+        Lag and delay are both free; or the records cannot show the one that is free; or friction
+        has internal state, so that no loop with a lag or delay can be simulated.
     """
     # The times among the free names, and the time that the drive declares as unknown.
     names = listed(free)
@@ -108,8 +109,8 @@ def split_free(
         UsageError,
         (
             len(times) > 1,
-            "lag and delay of the drive are both free, but a record shows their sum only. Free one "
-            "of them",
+            "the lag and the delay of the drive are both free, but a record shows only their sum. "
+            "Leave one of the two out of the free parameters",
         ),
         (
             axis.declared.states,
@@ -130,7 +131,7 @@ def split_free(
 def form_with(
     names: Sequence[str], outputs: Sequence[str], shared: JointRecords, joint: JointForm | None
 ) -> ExtendedForm:
-    """Return the map of all parameters of a fit to those of each record's axis.
+    """Return the form of a fit: the map of all its parameters to those of each record's axis.
 
     Free gains of drive and law, and free initial states, are added to the parameters of the model.
 
@@ -147,10 +148,10 @@ def form_with(
     Raises
     ------
     ModelError
-        The law has no gains that can be free, or the drive no gain that can be free.
+        The law or the drive has no gain that can be free.
     UsageError
-        A name is no gain of the law, or a value known of the records; or the output has no law, or
-        is a force column.
+        A name is no gain of the law, or its values are known for each record; or the output is that
+        of an open loop, which has no law; or the drive gain is free with a force column.
     """
     # The model's parameters, then the drive gain, the gains of the law and the initial states.
     model, axes = joint or InverseForm(shared.axis), shared.axes(shared.axis, joint)
@@ -163,8 +164,8 @@ def form_with(
             UsageError,
             (
                 FORCE in outputs or by_force,
-                "the drive gain cannot be free if the fit follows, or is driven by, a force "
-                "column: the force is measured behind the drive gain. Fit the control or the "
+                "the drive gain cannot be free if a force column is the output or the input of the "
+                "fit, because the force is measured behind the drive gain. Fit the control or the "
                 "position, or compare the force column with the control by identify",
             ),
             code="free",
@@ -176,13 +177,14 @@ def form_with(
         UsageError,
         (
             names and OPEN_LOOP in outputs,
-            f"{', '.join(map(str, names))} cannot be free in an open loop, which has no law and an "
-            "initial state in each window. Fit the control or the position",
+            f"{', '.join(map(str, names))} cannot be free in an open loop: an open loop has no "
+            "control law, and each of its windows has its own initial state. Fit the control or "
+            "the position",
         ),
         (
             both,
-            f"{' and '.join(map(str, both))} cannot be both free and known of each record. Leave "
-            "one of the two out",
+            f"{' and '.join(map(str, both))} cannot be both free and known for each record. Leave "
+            "each name out of the free parameters or of the known values",
         ),
         code="free",
     )
@@ -190,9 +192,9 @@ def form_with(
     gains = [n for n in names if n not in starts]
     if law is not None and of_law and (others := [n for n in gains if n not in of_law]):
         raise UsageError(
-            f"there is no gain {quoted(others[0])} that could be free. Control law {law.name!r} "
-            f"has {', '.join(of_law)}. Besides its gains, choose from {_GAIN}, lag and delay of "
-            f"the drive, {START}, {' and '.join(INITIAL_STATE_PARAMETERS)}.",
+            f"there is no gain {quoted(others[0])} to estimate. Control law {law.name!r} has the "
+            f"gains {', '.join(of_law)}. Choose from these gains, {_GAIN}, lag and delay of the "
+            f"drive, {START}, {' and '.join(INITIAL_STATE_PARAMETERS)}.",
             code="free",
         )
     form = form.with_gains(gains) if gains else form
@@ -202,21 +204,25 @@ def form_with(
 def check_remembered(
     states: Sequence[State], unknowns: Unknowns, begins: Sequence[FitStart]
 ) -> None:
-    """Refuse to search for a parameter of friction with internal state from 0.
+    """Refuse a search that starts at 0 for a parameter of friction with internal state.
 
     Raises
     ------
     UsageError
-        A parameter of a state's equation starts at 0, so its size is unknown.
+        A free parameter in the equation of an internal state has a start, a least size and a prior
+        value of 0, so its order of magnitude is unknown.
     """
-    inside = {str(each) for state in states for law in state.laws for each in law.free_symbols}
-    known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
-    sizes = np.abs([[begun.physical, begun.size, known] for begun in begins]).max(axis=1)
-    lost = unknowns.free & (sizes.min(axis=0) == 0)
-    if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
+    in_equations = {str(s) for state in states for law in state.laws for s in law.free_symbols}
+    prior = np.where(unknowns.has_prior, unknowns.prior, 0.0)
+    sizes = np.abs([[begun.physical, begun.size, prior] for begun in begins]).max(axis=1)
+    has_no_size = unknowns.free & (sizes.min(axis=0) == 0)
+    pairs = zip(unknowns.names, has_no_size, strict=True)
+    names = [name for name, at_zero in pairs if at_zero and name in in_equations]
+    if names:
         raise UsageError(
-            f"{names[0]} starts at 0, so the internal state of the friction does not change and "
-            "does not show its size. Declare a nominal value of about that size, or give a prior.",
+            f"the search for {names[0]} starts at 0. The internal state of the friction does not "
+            f"change with this value, and does not show the size of {names[0]}. Declare a nominal "
+            "value of the right order of magnitude, or give a prior value.",
             code="fit",
         )
 
@@ -226,12 +232,15 @@ def starts_from(
 ) -> tuple[list[FitStart], list[str]]:
     """Return starts in the order in which they are tried, and the reasons why other starts failed.
 
-    Instruments or least squares are tried first, whichever gives an estimate, then nominal values.
+    The first start is the estimate of instruments, or of least squares if instruments give no
+    estimate; the second is that of the nominal values. A start that is given as values or as an
+    estimate is the only one.
 
     Parameters
     ----------
     asked : str, mapping of str to float or Estimate
-        A name of `FIT_STARTS` stands for this start and those that follow it.
+        Values by name, an estimate, or a name of `FIT_STARTS`. A name stands for this start and
+        those that follow it in `FIT_STARTS`.
     shared : JointRecords
         The records, with their local and known parameters.
     form : ExtendedForm
@@ -242,9 +251,9 @@ def starts_from(
     Raises
     ------
     UsageError
-        There is no such start, or the fit has other parameters.
+        There is no such start, or the estimate has other parameters than the fit.
     """
-    # Nominal values, and the size and start of the fit's parameters that are not the model's.
+    # The nominal start; then start values and sizes of the parameters that are not of the model.
     names = [q.name for q in form.of_model.physical_quantities]
     size = np.maximum(np.abs(form.start), least_sizes(form))
     others = form.start[len(names) :], size[len(names) :]
@@ -262,11 +271,13 @@ def starts_from(
     if shared.axis.states:
         return [nominal], ["no method estimates a start for friction with internal state"]
     # The first estimate that succeeds, from the requested start on; nominal values come last.
-    why: list[str] = []
+    failed: list[str] = []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         pairs = zip(form.axes, shared.records, strict=True)
         if name == INSTRUMENTS_START and any(lacking_loop(axis, record) for axis, record in pairs):
-            why.append("instruments need a control law and a reference, and one of them is missing")
+            failed.append(
+                "instruments need a control law and a reference, and one of the two is missing"
+            )
             continue
         try:
             with np.errstate(all="ignore"):
@@ -280,16 +291,19 @@ def starts_from(
                     bootstrap=0,
                     judge=False,  # a start needs no standard errors
                 )
-            return [_of_estimate(result[_METHODS[name]], names, name, *others), nominal], why
+            return [_of_estimate(result[_METHODS[name]], names, name, *others), nominal], failed
         except AxisidError as error:
-            why.append(str(error))
-    return [nominal], why
+            failed.append(str(error))
+    return [nominal], failed
 
 
 def _of_estimate(
     estimate: Estimate, names: Sequence[str], named: str, others: Array, sizes: Array
 ) -> FitStart:
     """Return the start at an estimate of the model's parameters.
+
+    The least size of a parameter is that with which its column makes 0.1 % of the force; 0 if the
+    estimate has a regressor of other columns.
 
     Parameters
     ----------
@@ -300,11 +314,17 @@ def _of_estimate(
         Name of the start.
     others, sizes : (k,) array
         Start values and least sizes of the further parameters of the fit.
+
+    Raises
+    ------
+    UsageError
+        The estimate has other parameters than the model.
     """
     if [q.name for q in estimate.quantities] != [*names]:
         raise UsageError(
-            f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
-            f"fit {', '.join(names)}. Give an estimate of the same axis and records.",
+            "the estimate that is given as the start has the parameters "
+            f"{', '.join(q.name for q in estimate.quantities)}, but the fit has the parameters "
+            f"{', '.join(names)}. Give an estimate of the same axis and records.",
             code="fit",
         )
     size = np.zeros(len(names))
@@ -320,13 +340,21 @@ def _of_estimate(
 
 
 def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
-    """Return the start values of all parameters, (P,): given ones by name, others by default."""
+    """Return the start values of all parameters, (P,), SI.
+
+    `asked` has values by name; the other parameters have the start values of the form.
+
+    Raises
+    ------
+    UsageError
+        A name is no parameter of the fit, or a value is not a finite number.
+    """
     found, names = form.start.copy(), [q.name for q in form.physical_quantities]
     for name, value in asked.items():
         if name not in names or not (is_real(value) and np.isfinite(value)):
             raise UsageError(
-                f"the start of {quoted(name)} is {quoted(value)}. Give finite numbers, by name, "
-                f"of {', '.join(names)}.",
+                f"the start value of {quoted(name)} is {quoted(value)}. Give finite numbers for "
+                f"parameters from {', '.join(names)}.",
                 code="fit",
             )
         found[names.index(name)] = value
@@ -334,7 +362,13 @@ def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
 
 
 def checked_outputs(given: object) -> tuple[str, ...]:
-    """Return the fitted outputs, each once."""
+    """Return the names of the fitted outputs, each once.
+
+    Raises
+    ------
+    UsageError
+        There is no such output, none is given, or an open loop is combined with another output.
+    """
     names = listed(given)
     check_among(*(("output", name, OUTPUTS) for name in names))
     found = tuple(dict.fromkeys(map(str, names)))
@@ -343,9 +377,9 @@ def checked_outputs(given: object) -> tuple[str, ...]:
         (not found, f"no output is given. Choose from {', '.join(OUTPUTS)}"),
         (
             OPEN_LOOP in found and len(found) > 1,
-            f"{', '.join(found)} cannot be fitted together: an open loop has the recorded control, "
-            "and the other outputs are of a closed loop with its law. Leave open-loop out, or fit "
-            "it alone",
+            f"{', '.join(found)} cannot be fitted together: {OPEN_LOOP} is simulated with the "
+            "recorded control, and the other outputs are simulated with the control law. Leave "
+            f"{OPEN_LOOP} out, or fit {OPEN_LOOP} alone",
         ),
         code="fit",
     )
@@ -355,9 +389,14 @@ def checked_outputs(given: object) -> tuple[str, ...]:
 def checked_horizon(
     given: object, outputs: Sequence[str], records: Iterable[Record]
 ) -> float | None:
-    """Return the checked length of an open loop's windows, s; None if none is given.
+    """Return the checked length of an open loop's windows, s; None if no length is given.
 
-    It is at least the length of the fewest samples that a window needs.
+    A shorter length than that of the fewest samples of a window is increased to it.
+
+    Raises
+    ------
+    UsageError
+        The length is not a positive time, or the outputs are those of a closed loop.
     """
     if given is None:
         return None
@@ -365,21 +404,28 @@ def checked_horizon(
         raise UsageError(f"the horizon is {quoted(given)}. Give a positive time, s.", code="fit")
     if OPEN_LOOP not in outputs:
         raise UsageError(
-            f"a horizon is given, but the {' and '.join(outputs)} of a closed loop has no windows. "
-            f"Leave it out, or choose another output: {open_loop_fit()}.",
+            f"a horizon is given, but a fit of the {' and '.join(outputs)} simulates a closed "
+            "loop, which has no windows. Leave the horizon out, or choose another output: "
+            f"{open_loop_fit()}.",
             code="fit",
         )
     return max(float(given), FEWEST_IN_WINDOW * max(record.period for record in records))
 
 
 def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
-    """Return the weight of each output, 1/unit of the output; NaN if none is given."""
+    """Return the weight of each output, 1/unit of the output; NaN for an output without a weight.
+
+    Raises
+    ------
+    UsageError
+        A weight is not a number in the allowed range, or its output is not fitted.
+    """
     weights, most = by_name(given, "weights"), _MAX_WEIGHT
     for name, weight in weights.items():
         if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
             raise UsageError(
                 f"the weight of {quoted(name)} is {quoted(weight)}. The fit follows "
-                f"{' and '.join(outputs)}. Give for each of these the inverse of the standard "
+                f"{' and '.join(outputs)}. Give for each output the inverse of the standard "
                 f"deviation of its errors, a number from {1 / most:g} to {most:g}.",
                 code="fit",
             )

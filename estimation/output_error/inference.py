@@ -31,7 +31,8 @@ from .covariance import Sandwich, unseen_directions
 from .fit_search import FitSearch
 from .parametric_bootstrap import RecordLoops, calibrated_covariance, outputs_by_noise
 
-# standard deviations: beyond it, the tail of a normal distribution is exponential up to rounding
+# standard deviations: beyond this distance from the mean, the tail of a normal distribution is
+# exponential up to rounding
 _EXPONENTIAL = 1e4
 
 
@@ -46,7 +47,8 @@ class FittedParameters:
     chosen : str
         Name of the reported covariance.
     covariances : mapping of str to (P, P) array
-        0 for parameters at a bound, infinite for parameters that the outputs do not show.
+        Covariances by name; 0 for parameters at a bound, infinite variances of parameters that the
+        outputs do not show.
     parameters : NamedValues
         Values by name, with unit, standard errors and 95 % interval.
     """
@@ -57,6 +59,7 @@ class FittedParameters:
     parameters: NamedValues = field(repr=False)
 
     def __getitem__(self, name: str) -> Value:
+        """Return a parameter with its unit, standard errors and interval, by name."""
         return self.parameters[name]
 
     @property
@@ -97,7 +100,7 @@ class FitInference(FittedParameters):
     not_shown : (k, P) array, (k, P) array of bool
         Directions that neither outputs nor prior values show, see `unseen_directions`.
     influence : (P, n) array
-        Influence of the errors on the parameters.
+        Influence of the errors of the outputs on the parameters, see `Sandwich.influence`.
     judged_sandwich : Sandwich
         Parts of the covariance of free parameters that are not at a bound; its errors are corrected
         for the mean effect of noise.
@@ -121,9 +124,9 @@ class FitInference(FittedParameters):
 def inferred(of: FitSearch) -> FitInference:
     """Return estimates minus bias, covariances and intervals at the best end of a fit's searches.
 
-    In this order: replicas give the bias and the scatter by noise; the bias is subtracted, within
-    the bounds; covariances are computed for all free parameters without bounds; parameters at
-    bounds get one-sided intervals.
+    Simulated replicas give the bias and the scatter by noise. The bias is subtracted, within the
+    bounds. Covariances are computed for all free parameters without bounds. Parameters at bounds
+    get one-sided intervals.
 
     Standard errors are those of all free parameters without bounds: a parameter at a bound is not
     known, and its uncertainty is part of that of the others. A bounded estimate is closer to any
@@ -163,11 +166,11 @@ def inferred(of: FitSearch) -> FitInference:
     not_shown = unseen_directions(rows, of.scale, free)
     covariances = {}
     for name, matrix in found.items():
-        whole, lost = np.zeros((len(free), len(free))), np.flatnonzero(not_shown[1].any(axis=0))
+        whole, unseen = np.zeros((len(free), len(free))), np.flatnonzero(not_shown[1].any(axis=0))
         whole[np.ix_(free, free)] = matrix
-        whole[lost, lost] = np.inf
+        whole[unseen, unseen] = np.inf
         covariances[name] = np.where(inner[:, None] & inner, whole, 0.0)
-    held = _held(of, physical, sides, common, judged.errors, variances)
+    held = _parameters_at_bounds(of, physical, sides, common, judged.errors, variances)
     return FitInference(
         physical=physical,
         sides=sides,
@@ -216,10 +219,13 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
 def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple[Array, IntArray]:
     """Return the parameters minus their bias by noise, and the active bounds, (P,) each.
 
-    An active bound is -1 for a lower one, 1 for an upper one, and 0 for a parameter not at a bound.
+    An active bound is -1 for a parameter at its lower bound, 1 at its upper bound, and 0 for a
+    parameter not at a bound.
 
-    The correction may move a parameter to its bound, or away from it; the other parameters are
-    corrected together with it.
+    The bias is one Gauss-Newton step by the mean change of the errors. If the corrected parameters
+    leave their bounds, or a parameter is at its bound, the step is bounded least squares: the
+    correction may move a parameter to its bound, or away from its bound, and the other parameters
+    are corrected together with it.
 
     Parameters
     ----------
@@ -233,19 +239,21 @@ def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple
     at, side, u = of.best.physical, of.best.at_bound, of.unknowns
     if common is None:
         return at, side
-    gradient = sandwich.jacobian.T @ (sandwich.curvature * of.weighing.weights * common)
+    by_noise = sandwich.jacobian.T @ (sandwich.curvature * of.weighing.weights * common)
     # At the end of the search the gradient is 0, except for parameters at a bound.
     at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.known_errors(at)
-    downhill = -gradient - np.where(side[u.free] != 0, at_bounds, 0.0)
+    negative_gradient = -by_noise - np.where(side[u.free] != 0, at_bounds, 0.0)
     physical = at.copy()
     # Without directions that are not shown, by which bounded least squares would divide.
-    physical[u.free] += sandwich.inverse @ downhill
+    physical[u.free] += sandwich.inverse @ negative_gradient
     if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
         return physical, side
     rows = np.vstack([np.sqrt(sandwich.curvature)[:, None] * sandwich.jacobian, sandwich.known])
     physical, side = at.copy(), np.zeros_like(side)
     lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
-    physical[u.free], side[u.free] = bounded_quadratic_minimum(lower, upper, start, rows, downhill)
+    physical[u.free], side[u.free] = bounded_quadratic_minimum(
+        lower, upper, start, rows, negative_gradient
+    )
     return physical, side
 
 
@@ -298,25 +306,26 @@ def _covariances(
                 (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
             )
             covariances["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
-    # Errors of known values: changes of the outputs by a standard error of each.
-    doubted = [np.zeros((len(weights), 0))]
+    # Errors of known values: changes of the outputs by a standard error of each known value.
+    changes = [np.zeros((len(weights), 0))]
     for form, predictions in of.doubts:
         at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
         predictions.settle(at)
         lanes = predictions(at[None, :])
         if lanes.failures:
             raise EstimationError(lanes.failures[0], code="simulation")
-        doubted.append(lanes.errors - of.best.errors[:, None])
-    by_doubts = influence @ np.hstack(doubted)
+        changes.append(lanes.errors - of.best.errors[:, None])
+    by_known_values = influence @ np.hstack(changes)
     return coloured, {
-        name: matrix + by_doubts @ by_doubts.T for name, matrix in covariances.items()
+        name: matrix + by_known_values @ by_known_values.T for name, matrix in covariances.items()
     }
 
 
 def _slopes_by_start(of: FitSearch) -> Array:
-    """Return the derivatives of the errors by initial states of stretches in motion, (n, j).
+    """Return the derivatives of the errors by the initial states of stretches in motion, (n, j).
 
-    A record shows these states except for its noise. There are none if initial states are free.
+    The initial states are known from the record except for its noise. Without columns, (n, 0), if
+    no stretch begins in motion, or if the initial states are parameters of the fit.
     """
     in_motion = [bool(each.inputs.start.velocity) for each in of.predictions.stretches]
     if of.of_start.any() or not any(in_motion):
@@ -332,7 +341,7 @@ def _slopes_by_start(of: FitSearch) -> Array:
     return slopes[:, searched]
 
 
-def _held(
+def _parameters_at_bounds(
     of: FitSearch,
     physical: Array,
     sides: IntArray,
@@ -342,10 +351,10 @@ def _held(
 ) -> tuple[ParameterAtBound, ...]:
     """Return parameters at their bounds, with their values without these bounds.
 
-    The interval is that of a normal distribution about the estimate without the bound, truncated at
-    the bound. Other parameters at bounds may have other values, so that the standard error is that
-    without any bound; the centre is as many standard errors beyond the bound as with the other
-    parameters at their bounds.
+    The interval of a parameter is that of a normal distribution about the estimate without its
+    bound, truncated at the bound. The true values of other parameters at bounds may be away from
+    their bounds, so that the standard error is that without any bound. The centre is as many
+    standard errors beyond the bound as with the other parameters at their bounds.
 
     Parameters
     ----------
@@ -372,9 +381,11 @@ def _held(
         if common is not None:
             change = of.best.jacobian @ (physical - of.best.physical)
             residuals = residuals + sandwich.curvature * weights * (common + change)
-        downhill = -(sandwich.jacobian.T @ residuals + sandwich.known.T @ u.known_errors(physical))
+        gradient = sandwich.jacobian.T @ residuals + sandwich.known.T @ u.known_errors(physical)
         at, side = float(physical[j]), int(sides[j])
-        centre = at + float((sandwich.inverse @ downhill)[place])
+        centre = at + float((sandwich.inverse @ -gradient)[place])
+        # The interval has the standard error without any bound; its centre has the same distance
+        # from the bound in standard errors.
         wide = max(math.sqrt(variances[j]), deviation)
         beyond = (centre - at) / deviation if deviation > 0 else 0.0
         at_bounds.append(
@@ -394,6 +405,8 @@ def _held(
 def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int) -> float:
     """Return the end of the one-sided 95 % interval of a normal distribution truncated at a bound.
 
+    The interval begins at the bound. Without a positive standard deviation its end is the bound.
+
     Parameters
     ----------
     bound, centre, deviation : float
@@ -403,10 +416,13 @@ def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int
     """
     if not deviation > 0:
         return bound
-    centres = side * (bound - centre) / deviation  # of the centre, inwards
+    # Distance of the centre from the bound in standard deviations, positive within the bound.
+    inwards = side * (bound - centre) / deviation
     outside = math.log(1 - INTERVAL_LEVEL.value)
-    exponential = centres < -_EXPONENTIAL
-    tail = -outside / centres if exponential else ndtri_exp(outside + log_ndtr(centres)) - centres
+    if inwards < -_EXPONENTIAL:
+        tail = -outside / inwards
+    else:
+        tail = ndtri_exp(outside + log_ndtr(inwards)) - inwards
     return bound + side * deviation * float(tail)
 
 

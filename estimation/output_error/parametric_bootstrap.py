@@ -78,10 +78,19 @@ class RecordLoops:
         return cls(data=data, physical=theta, chain=chain, quiet=quiet)
 
     def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:
-        """Return the replicas of the record with the noise of a chain.
+        """Return simulated replicas of the record, at most `count`.
 
-        Replicas that cannot be simulated are left out. For a chain without noise all replicas are
-        equal. `count` is their number; `paired` is True for pairs of opposite noise.
+        Replicas that cannot be simulated are left out. For a chain without noise, all replicas are
+        the simulated record itself.
+
+        Parameters
+        ----------
+        chain : Chain
+            Noise of the replicas.
+        count : int
+            Number of replicas.
+        paired : bool
+            True for pairs of replicas with opposite noise.
         """
         if chain.is_silent:
             return [self.quiet] * count
@@ -136,15 +145,15 @@ def outputs_by_noise(
             f"Fit without replicas: {setting('bootstrap', '0')}.",
             code="noise",
         )
-    still = predictions.outputs_of(quiet, physical)
+    without_noise = predictions.outputs_of(quiet, physical)
     # The same number of replicas of each record: the fewest of any record.
-    rows = [
-        still
-        if all(one is other for one, other in zip(each, quiet, strict=True))
-        else predictions.outputs_of(each, physical)
-        for each in zip(*twins, strict=False)
-    ]
-    return np.reshape(rows, (-1, len(still))).T - still[:, None]
+    rows: list[Array] = []
+    for replica in zip(*twins, strict=False):
+        if all(one is other for one, other in zip(replica, quiet, strict=True)):
+            rows.append(without_noise)  # no record has noise
+        else:
+            rows.append(predictions.outputs_of(replica, physical))
+    return np.reshape(rows, (-1, len(without_noise))).T - without_noise[:, None]
 
 
 def calibrated_covariance(
@@ -152,9 +161,9 @@ def calibrated_covariance(
 ) -> Array:
     """Return the covariance by replicas, (k, k), with HAC standard errors of scores as the pivot.
 
-    The bootstrap-t of [EfronTibshirani1993]_: the covariance of ``h (theta_r - mean) / h_r``, with
-    the HAC standard errors ``h_r`` of the replicas and ``h`` of the records. Intervals from it are
-    Student's, with the degrees of freedom of `noise_models.pair_freedom`.
+    It is the bootstrap-t of [EfronTibshirani1993]_: the covariance of ``h (theta_r - mean) / h_r``,
+    with the HAC standard errors ``h_r`` of the replicas and ``h`` of the records. Intervals from
+    this covariance are Student's, with the degrees of freedom of `noise_models.pair_freedom`.
 
     Parameters
     ----------
@@ -182,18 +191,20 @@ def calibrated_covariance(
     return np.atleast_2d(np.cov((t * of_errors).T))
 
 
+#: Relative change of a term of the law, for which changes of the parameters are reported.
 PERCENT = 0.01
 _TWINS = 8  # simulated replicas for the uncertainty of an explanation
-_LEVEL = 0.975  # probability at which Student's quantile replaces the normal one
+_LEVEL = 0.975  # probability at which Student's quantile replaces the normal quantile
 
 
 def laws_in_twins(
     law: LawAgreement | Missing, loops: RecordLoops | Missing, found: EstimatedGains
 ) -> Sequence[LawAgreement]:
-    """Return the agreement of the declared law with simulated replicas; empty without replicas.
+    """Return the agreement of the declared law with each simulated replica of a record.
 
-    The control reacts to noise within a sample, which is not in the rows: the standard errors from
-    the rows alone do not include it.
+    Replicas are needed because the control reacts to noise within a sample, which is not in the
+    rows: the standard errors from the rows alone do not include this reaction. Empty if the law
+    cannot be compared or has no explanations, or if there is no noise for replicas.
 
     Parameters
     ----------
@@ -240,16 +251,16 @@ def moves_by_explanation(
     laws : sequence of LawAgreement or Missing
         Agreement of the declared law with each record.
     every : sequence of RecordLoops or Missing
-        Simulated loops of the records, whose replicas give the standard errors; without replicas,
-        `Explanation.deviations` give them.
+        Simulated loops of the records. Their replicas give the standard errors; without replicas,
+        the standard errors are those of `Explanation.deviations`.
     found : EstimatedGains
         Gains of the law that the fit estimated.
 
     Returns
     -------
     mapping of tuple of str to ((P,) array, (P,) array)
-        By kind of explanation: gains alone, and every plausible kind; without kinds that no record
-        has values for.
+        Changes and their standard errors by kind of explanation: gains alone, and every plausible
+        kind; without kinds for which no record has values.
     """
     kinds: list[tuple[str, ...]] = [(GAINS,)]
     kinds += [each.kind for law in laws if isinstance(law, LawAgreement) for each in law.plausible]
@@ -288,7 +299,7 @@ def moves_by_explanation(
 
 
 def _explained(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, float]:
-    """Return the values of the explanation of a kind by name.
+    """Return the values of the explanation of one kind, by name of the value.
 
     Empty if the law cannot be compared, has no such explanation, or a gain would change its sign.
     """
@@ -300,9 +311,10 @@ def _explained(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[st
 
 
 def _values(explained: Mapping[str, float], names: Sequence[str], limit: float) -> Array | None:
-    """Return the values of an explanation in the order of names, (k,).
+    """Return the values of an explanation in the order of k names, (k,).
 
-    A limit that the record does not show has the value `limit`. None if a value is missing.
+    A limit of the drive that the record does not show has the value `limit`. None if another value
+    is missing, or if there are no values.
     """
     values = {LIMIT: limit, **explained}
     if not explained or not {*names} <= {*values}:

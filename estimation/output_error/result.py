@@ -89,7 +89,7 @@ class RecordError:
 
     @property
     def percent_beyond_noise(self) -> float:
-        """Error beyond noise, % of the recorded output."""
+        """Error beyond noise (rms), % of the recorded output (rms)."""
         share = 1 - (self.noise / self.error) ** 2 if self.error else 0.0
         return self.percent * float(np.sqrt(max(share, 0.0)))
 
@@ -138,20 +138,28 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     ) -> "OutputFit":
         """Return the result of the searches of a fit, with its inference.
 
-        `judge` returns the checks of the result, with `levels` of a missing term or a difference.
+        Parameters
+        ----------
+        search : FitSearch
+            The finished searches.
+        judge : callable
+            Returns the checks of the result.
+        levels : Levels
+            Levels from which checks report a missing term or a difference.
         """
-        u, inference, without = search.unknowns, inferred(search), dict[str, tuple[float, float]]()
+        u, inference = search.unknowns, inferred(search)
+        without_prior: dict[str, tuple[float, float]] = {}
         if search.alone is not None:
             alone = inferred(replace(search, unknowns=u.without_prior, best=search.alone))
             deviations = np.sqrt(np.maximum(alone.variances, 0.0))
-            without = {
+            without_prior = {
                 u.names[j]: (float(alone.physical[j]), float(deviations[j]))
                 for j in np.flatnonzero(u.has_prior)
             }
         return cls(
             **vars(search),
             **vars(inference),
-            without_prior=without,
+            without_prior=without_prior,
             judge=judge,
             levels=levels,
         )
@@ -176,27 +184,27 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def at_bound(self) -> Mapping[str, Literal["lower", "upper"]]:
-        """``lower`` or ``upper``, by name of each parameter at a bound.
+        """Side of the bound, ``lower`` or ``upper``, by name of each parameter at a bound.
 
-        The interval of such a parameter is on the allowed side.
+        The interval of such a parameter begins at the bound and is on the allowed side.
         """
         return {each.name: "lower" if each.is_lower else "upper" for each in self.held}
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """Lower and upper bound of the fit, SI, by parameter."""
+        """Lower and upper bound of each parameter in the fit, SI, by name."""
         u = self.unknowns
         return {n: (float(a), float(b)) for n, a, b in zip(u.names, u.lower, u.upper, strict=True)}
 
     @property
     def fixed(self) -> Mapping[str, float]:
-        """Fixed values, SI, by parameter."""
+        """Values of the fixed parameters, SI, by name."""
         u = self.unknowns
         return {u.names[j]: float(u.fixed[j]) for j in np.flatnonzero(~u.free)}
 
     @property
     def prior(self) -> Mapping[str, tuple[float, float]]:
-        """Prior values with their standard errors, SI, by parameter."""
+        """Prior value and its standard error, SI, by name of each parameter with a prior value."""
         u = self.unknowns
         return {
             u.names[j]: (float(u.prior[j]), float(u.prior_sd[j]))
@@ -220,7 +228,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         The noise in an error is the larger one of two estimates: the effect of position noise in
         simulated replicas, and the innovation of the autoregression of the errors.
         """
-        # Missing terms look like disturbance forces, so that noise is that of the position only.
+        # Effect of position noise in replicas; missing terms would look like disturbance forces.
         weights, outputs, errors = self.weighing.weights, self.outputs, []
         twins = value_or(
             np.zeros((len(weights), 1)),
@@ -240,8 +248,15 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             for place, (output, unit, variance) in enumerate(every):
                 rows = record_rows(spans, place, len(outputs))
                 used, weight = weights[rows] > 0, float(weights[rows].max())
+                # Error of this output of this record, relative to the recorded output.
                 e, y = (x[rows][used] for x in (self.best.errors, self.predictions.measured))
                 error, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
+                percent = 0.0
+                if size:
+                    percent = 100 * error / size
+                elif error:
+                    percent = float("inf")
+                # Variance of the noise in the weighted error: the larger of the two estimates.
                 by_twins = (weights[rows][used, None] * twins[rows][used]) ** 2
                 noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
                 errors.append(
@@ -251,7 +266,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
                         weight=weight,
                         rows=len(e),
                         error=error / max(len(e), 1) ** 0.5,
-                        percent=100 * error / size if size else float("inf") if error else 0.0,
+                        percent=percent,
                         order=model.order,
                         noise=float(np.sqrt(noise)) / (weight or 1.0),
                     )
@@ -269,7 +284,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     def law(self) -> LawAgreement | Missing:
         """Agreement of the declared law with the recorded control, for the first record that fails.
 
-        The first record if none fails; Missing if the law cannot be compared.
+        That of the first record if no record fails; Missing if the law cannot be compared.
         """
         return first_failing(self.laws)
 
@@ -319,7 +334,8 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """Derivatives of the parameters, (P,), by each value of an `Explanation`, by record.
 
         Values are factors of the law's terms, and scale, constant and drift of the recorded
-        control. The latter have no effect on a fit that does not follow the control.
+        control. Scale, constant and drift have no effect on a fit of other outputs than the
+        control.
         """
         slopes = []
         for spans, moves in zip(self.predictions.spans, self._moves_of_records, strict=True):
@@ -352,40 +368,49 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     def lacks(self) -> tuple[tuple[Misspecification, ...] | Missing, ...]:
         """Misspecifications of the model by record, the largest first.
 
-        They are missing terms and outliers. Missing for a record without such a search.
+        Misspecifications are missing terms and outliers, among others. Missing for a record in
+        which they cannot be searched.
         """
-        return tuple(unless_faulty(partial(self._lacks, i)) for i in range(len(self.records)))
+        return tuple(
+            unless_faulty(partial(self._misspecifications_of, i)) for i in range(len(self.records))
+        )
 
-    def _lacks(self, number: int) -> tuple[Misspecification, ...] | Missing:
+    def _misspecifications_of(self, number: int) -> tuple[Misspecification, ...] | Missing:
         """Return the misspecifications that one record shows (`number`, from 0).
 
-        Missing terms do not depend on the fitted output: they are found in the residual of the
+        Missing terms do not depend on the fitted output: they are searched in the residual of the
         inverse model at the parameters of the fit, and compared with simulated replicas of the
-        record. Missing for friction with internal state.
+        record. The intervals of the record's parameters tell which effects are relevant. Missing
+        for friction with internal state.
         """
         axis, loops = self.axes[number], self.loops[number]
         if axis.states:
-            return Missing("friction with internal state has no rows for a search of missing terms")
+            return Missing(
+                "missing terms are searched in the rows of the inverse model, which friction with "
+                "internal state does not have"
+            )
         data = filtered_record(axis, self.records[number], Prefilter())
-        # Derivatives of the record's parameters by those of the fit; parameters that are searched.
+        # Derivatives of the record's parameters by those of the fit, and the record's parameters
+        # that depend on a parameter that was estimated from the records alone.
         model, searched = self.form.of_model, set(self.searched) - self.prior.keys()
         joint = self.physical[: len(model.physical_quantities)]
-        slopes = np.zeros((len(axis.parameters), len(self.physical)))  # of the record's parameters
+        slopes = np.zeros((len(axis.parameters), len(self.physical)))
         slopes[:, : len(joint)] = model.record_jacobian(number) @ np.linalg.inv(
             model.physical(model.regressed(joint))[1]
         )
         free = np.flatnonzero(slopes[:, [n in searched for n in self.names]].any(axis=1)).tolist()
+        # Residuals of the record and of its replicas, at the record's own parameters.
         chain = None if isinstance(loops, Missing) else loops.chain
-        own = self.form.own(self.physical, number)
-        scores = scores_of(data.by_position or data, own, chain, free)
-        # Half widths of the intervals of the record's parameters.
+        theta = self.form.own(self.physical, number)
+        scores = scores_of(data.by_position or data, theta, chain, free)
+        # Half widths of the intervals of the record's parameters: each parameter separately, as an
+        # infinite variance of one parameter must not reach another parameter.
         distribution = self.distribution(self.at_bound)
-        half = [  # one by one, as an infinite variance of one parameter must not reach another
-            float(np.ptp(value.interval)) / 2 or np.inf
-            for q, row in zip(axis.parameters, slopes, strict=True)
-            for value in distribution.through((q,), joint[:1], row[None]).values.values()
-        ]
-        return find_misspecification(scores, np.array(half), len(self.records), self.levels)
+        half_widths: list[float] = []
+        for q, row in zip(axis.parameters, slopes, strict=True):
+            of_parameter = distribution.through((q,), joint[:1], row[None]).values
+            half_widths += [float(np.ptp(v.interval)) / 2 or np.inf for v in of_parameter.values()]
+        return find_misspecification(scores, np.array(half_widths), len(self.records), self.levels)
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
@@ -408,7 +433,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def estimated_gains(self) -> EstimatedGains:
-        """Gains of the law that the fit estimated, without those at a bound, with covariance."""
+        """Gains of the law that the fit estimated and that are not at a bound, with covariance."""
         law = self.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
@@ -439,7 +464,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             The function cannot be read, its units do not match, or it depends on a parameter at a
             bound.
         EstimationError
-            It has no finite value at the estimate.
+            The function has no finite value at the estimate.
 
         Warns
         -----
@@ -457,7 +482,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def output(self) -> str:
-        """The fitted outputs as text."""
+        """Names of the fitted outputs as text, such as ``control and position``."""
         return " and ".join(self.outputs)
 
     @property
@@ -474,10 +499,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def error_percent(self) -> float:
-        """Error, % of the recorded output; the largest of several records or outputs."""
+        """Error (rms), % of the recorded output (rms); the largest over records and outputs."""
         return max(each.percent for each in self.of_records)
 
     @property
     def percent_beyond_noise(self) -> float:
-        """Error beyond noise, % of the recorded output; the largest of several."""
+        """Error beyond noise (rms), % of the recorded output (rms); the largest of all."""
         return max(each.percent_beyond_noise for each in self.of_records)

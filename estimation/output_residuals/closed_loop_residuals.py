@@ -25,7 +25,7 @@ from .output_residuals import OutputResiduals, Stretch, interleaved
 
 
 def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[str, str, Array]:
-    """Return the recorded output of a fit: its name in `Simulation`, its unit, values (N,).
+    """Return the recorded output of a fit: its name in `Simulation`, its unit and its values, (N,).
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
     Raises
     ------
     DataError
-        The record has no such column.
+        The record has no such column, or its position is integrated from a measured velocity.
     """
     q, drive = axis.coordinate, axis.drive
     name, unit, values = {
@@ -46,8 +46,8 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
     }.get(output, ("position", q.unit, None if record.integrated else record.position))
     if values is None:
         raise DataError(
-            f"{record.provenance.source} has no {name} column, the output of the fit; "
-            f"name it with {setting('columns', {name: 'NAME'})}, or choose another output.",
+            f"{record.provenance.source} has no {name} column, which is the output of the fit. "
+            f"Name the column with {setting('columns', {name: 'NAME'})}, or choose another output.",
             code="missing-column",
         )
     return name, str(unit), np.asarray(values)
@@ -59,7 +59,7 @@ class ClosedLoopResiduals(OutputResiduals):
     Parameters
     ----------
     form : Form
-        Maps the parameters to those of each record's axis.
+        Map of the parameters of the fit to those of each record's axis.
     axes : sequence of GeneratedAxis
         Axis of each record. Its drive is simulated without rounding, see `unrounded`.
     records : sequence of Record
@@ -125,9 +125,9 @@ class ClosedLoopResiduals(OutputResiduals):
             if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
                     f"with {each.axis.describe(theta)} the friction of axis "
-                    f"{each.axis.name!r} is so stiff that a sample needs {steps} "
-                    "steps, the largest number; start from nominal values of the right order, or "
-                    "bound the stiffness.",
+                    f"{each.axis.name!r} is so stiff that a sample needs {steps} steps, the "
+                    "largest allowed number. Start from nominal values of the right order of "
+                    "magnitude, or give the stiffness a bound.",
                     code="simulation",
                 )
             each.substeps = max(steps, each.substeps or 1)
@@ -135,7 +135,8 @@ class ClosedLoopResiduals(OutputResiduals):
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
         """Yield the residuals of each segment for parameters (B, P), (n, B), and failures by lane.
 
-        Each lane has its own gains of the law and initial states. Masked samples have residuals 0.
+        Each lane has its own gains of the law and initial states. The residuals of masked samples
+        are 0.
         """
         gains = gains_in(self._form, physical)
         for stretch in self.stretches:
@@ -166,7 +167,7 @@ def _stretches(
     measured : sequence of (str, str, (N,) array)
         Name, unit and values of each output, as from `measured_output`.
     """
-    loop_reference(axis, record)  # refuses a record without one
+    loop_reference(axis, record)  # refuses a record without a reference
     counted = ~mask_of(record.masked, len(record))
     starts = zip(record.spans, loop_starts(axis, record), strict=True)
     for segment, (span, start) in enumerate(starts):
@@ -184,13 +185,14 @@ def _stretches(
         )
 
 
-# The records of a fit have one axis, or few, and building an axis may compile its loop. Of two
-# equal axes one may be compiled and the other not.
+# Cached, because the records of a fit have few axes, and building an axis may compile its loop. Of
+# two equal axes, one may have compiled code and the other not.
 @lru_cache(maxsize=16)
 def unrounded(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
     """Return the axis with a drive that does not round commands, so that outputs are smooth.
 
-    `native` is True if its code is compiled. An axis whose drive does not round is unchanged.
+    The loop of the returned axis is compiled if `native` is True. An axis whose drive does not
+    round is unchanged.
     """
     if not axis.declared.drive.quantisation:
         return axis

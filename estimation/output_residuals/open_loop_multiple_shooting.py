@@ -1,9 +1,10 @@
 """Open-loop multiple shooting: positions under the recorded control, in windows.
 
 Without its loop an axis drifts: a small error of the force grows with the square of time. So the
-record is cut into windows [Bock1983]_, each with its own initial position and velocity. These are
-not parameters of the search: to first order their effect is projected out of the residuals of their
-window, by a QR of the residuals' derivatives, and they are re-estimated for other parameters.
+record is cut into windows [Bock1983]_, each with its own initial position and velocity. These
+initial states are not parameters of the search: to first order their effect is projected out of the
+residuals of their window, by a QR of the residuals' derivatives, and the initial states are
+estimated again for other parameters.
 """
 
 import math
@@ -34,13 +35,14 @@ FEWEST_IN_WINDOW = 20
 _FITTED = 20  # first samples of a window, for the first estimate of its initial velocity
 _ROUNDS = 8  # largest number of iterations of the initial states
 _SHARES = np.array([1.0, 0.25, 0.03])  # fractions of a step of the initial states that are tried
-_SHORTEST = 0.0625  # s, of the windows that are tried first
+_SHORTEST = 0.0625  # s: shortest windows that are tried
 _STILL = 1e-6  # relative decrease of a window's squared residuals at which the iteration ends
-# Smallest effect of an initial state relative to that of the other one; a smaller effect is
-# rounding. An initial velocity that friction suppresses is kept as a state: otherwise a window from
-# rest would outweigh all others.
+# Smallest effect of an initial position or velocity relative to that of the other; a smaller effect
+# is rounding. An initial velocity that friction suppresses is kept as a state: otherwise a window
+# from rest would outweigh all other windows.
 _SHOWN = 1e-9
-_STEP = 1e-6  # step of an initial position relative to the position range, likewise of a velocity
+# Step of an initial position relative to the range of the position; likewise of a velocity.
+_STEP = 1e-6
 
 
 @dataclass(slots=True, kw_only=True)
@@ -54,20 +56,21 @@ class _Windows:
     record : int
         Number of the record.
     first : int
-        First sample of the first window in the record.
+        Sample of the record at which the first window begins.
     period : float
-        s
+        Sampling period, s.
     position, control : (N, w) array
         Recorded position and acting control, one column for each window.
     counted : (N, w) array
         1 for samples that are measurements, 0 for others.
     signals : tuple of (N, w) array
+        Recorded signals that the axis declares.
     first_states : (2, w) array
         Initial positions and velocities.
     basis : (w, N, 2) array
         Orthonormal basis of the derivatives of the residuals by the initial states.
     substeps : int or None
-        Steps per sample, once they are chosen.
+        Steps per sample; None before they are chosen.
     """
 
     axis: GeneratedAxis
@@ -99,7 +102,10 @@ class _Windows:
         return np.ascontiguousarray(inside.reshape(self.count, -1).T)
 
     def inputs(self, states: Array) -> LoopInputs:
-        """Return the inputs of the windows, repeated B times, from initial states (2, B w)."""
+        """Return the inputs of the loops of all windows, for initial states (2, B w).
+
+        The inputs of the w windows are repeated for each of B parameter sets.
+        """
         sets = states.shape[1] // self.count
         wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
         return LoopInputs(
@@ -138,11 +144,12 @@ class _Windows:
 
 
 class MultipleShootingResiduals(OutputResiduals):
-    """Residuals of positions under the recorded control, in windows.
+    """Residuals of positions that are simulated under the recorded control, in windows.
 
     Parameters
     ----------
     form : Form
+        Map of the parameters of the fit to those of each record's axis.
     axes : sequence of GeneratedAxis
         Axis of each record.
     records : sequence of Record
@@ -169,8 +176,8 @@ class MultipleShootingResiduals(OutputResiduals):
         if with_states := [axis.name for axis in axes if axis.states]:
             raise UsageError(
                 f"the internal state of the friction of axis {with_states[0]!r} at the start of a "
-                "window is not recorded; fit the control or the position of the closed loop, which "
-                "starts with the record.",
+                "window is not recorded. Fit the control or the position of the closed loop, which "
+                "starts at the beginning of the record.",
                 code="equation",
             )
         self._axes, self.horizon = tuple(axes), horizon
@@ -190,16 +197,16 @@ class MultipleShootingResiduals(OutputResiduals):
         super().__init__(form, records, pieces)
 
     def settle(self, physical: Array) -> None:
-        """Choose steps per sample and the initial states of the windows at parameters (P,)."""
+        """Choose steps per sample and the initial states of the windows for parameters (P,)."""
         for w in self._windows:
             theta = np.asarray(self._form.own(physical, w.record))
             inputs = w.inputs(w.first_states)
-            asked = (settled_substeps(w.axis, theta, inputs.lanes(k)) for k in range(w.count))
-            w.substeps = max(w.substeps or 1, *(steps or 1 for steps in asked))
-            _follow(w, theta)
+            needed = (settled_substeps(w.axis, theta, inputs.lanes(k)) for k in range(w.count))
+            w.substeps = max(w.substeps or 1, *(steps or 1 for steps in needed))
+            _fit_initial_states(w, theta)
 
     def _forget_steps(self) -> None:
-        """Forget the chosen steps per sample."""
+        """Forget the chosen steps per sample of the windows."""
         for w in self._windows:
             w.substeps = None
 
@@ -207,13 +214,14 @@ class MultipleShootingResiduals(OutputResiduals):
         """Yield the residuals of the windows for parameters (B, P), (n, B), and failures by lane.
 
         For a single parameter set, the initial states of the windows are estimated again. For
-        several sets they are those of `settle`, and their effect is projected out of the residuals.
+        several sets the initial states are those of `settle`. In both cases, the effect of small
+        changes of the initial states is projected out of the residuals.
         """
-        for w in map(replace, self._windows):
+        for w in map(replace, self._windows):  # copies, so that the chosen initial states stay
             theta = np.array([self._form.own(lane, w.record) for lane in physical])
             if len(theta) == 1:
                 try:
-                    _follow(w, theta[0])
+                    _fit_initial_states(w, theta[0])
                 except EstimationError as error:
                     yield np.full((w.position.size, 1), np.nan), {0: str(error)}
                     continue
@@ -225,12 +233,12 @@ class MultipleShootingResiduals(OutputResiduals):
 
         The initial states of the windows are estimated from those records.
         """
-        controls, pieces = [*map(_control, self._axes, records)], []
+        controls, pieces = [*map(_acting_control, self._axes, records)], []
         for each in self._windows:
             position = each.cut(records[each.record].position)
             w = replace(each, position=position, control=each.cut(controls[each.record]))
             theta = np.asarray(self._form.own(physical, w.record))
-            _follow(w, theta)
+            _fit_initial_states(w, theta)
             errors, failed = w.errors(theta[None])
             if failed:
                 raise EstimationError(failed[0], code="simulation")
@@ -240,9 +248,9 @@ class MultipleShootingResiduals(OutputResiduals):
     def steady_horizon(self, physical: Array) -> float:
         """Return the longest length of windows without error growth at parameters (P,), s.
 
-        The length is that of these windows, a half, a quarter, and so on. A window in which the
-        axis stops does not depend on its initial state, so that short windows are tried first, up
-        to the first length at which errors grow.
+        The length is that of these windows, a half, a quarter, and so on. Short windows are tried
+        first, up to the first length at which errors grow: a long window in which the axis stops
+        does not depend on its initial state, and would not show the growth.
 
         Raises
         ------
@@ -253,13 +261,13 @@ class MultipleShootingResiduals(OutputResiduals):
         halvings = max(math.ceil(math.log2(longest / _SHORTEST)), 0)
         steady = 0.5 * longest * 0.5**halvings
         for k in reversed(range(halvings + 1)):
-            asked = longest * 0.5**k
-            windows = MultipleShootingResiduals(self._form, self._axes, self._records, asked)
+            tried = longest * 0.5**k
+            windows = MultipleShootingResiduals(self._form, self._axes, self._records, tried)
             windows.settle(physical)
             grown = max(_growth(w, self._form.own(physical, w.record)) for w in windows._windows)
             if grown > MAX_GROWTH.value:
                 return steady
-            steady = asked
+            steady = tried
         return self.horizon
 
 
@@ -269,42 +277,54 @@ def _growth(w: _Windows, theta: Array) -> float:
     The ratio is ``|dq/dv0| / T`` over samples and windows of length T, with parameters (p,). More
     than 1 shows an unstable open loop: friction that falls with velocity, or a repelling force.
     """
-    errors, (_, step) = _moved(w, theta), w.steps
+    errors, (_, step) = _errors_at_shifted_states(w, theta), w.steps
     reach = float(np.abs(errors[:, 3] - errors[:, 4]).max()) / 2
     return float(reach / (step * len(w.position) * w.period))
 
 
 def default_horizon(records: Sequence[Record]) -> float:
-    """Return the longest window length with enough windows for standard errors, s."""
+    """Return the longest window length with enough windows for standard errors, s.
+
+    It is 1 s, or this length halved one or several times, down to 1/16 s.
+    """
     stretches = [(end - first, r.period) for r in records for first, end in r.spans]
     horizon = _HORIZON
     while horizon > _SHORTEST:
-        windows = sum(max(samples // _size(horizon, period), 1) for samples, period in stretches)
+        windows = sum(
+            max(samples // _window_samples(horizon, period), 1) for samples, period in stretches
+        )
         if windows >= ADVISED_WINDOWS.value:
             break
         horizon /= 2
     return horizon
 
 
-def _size(horizon: float, period: float) -> int:
+def _window_samples(horizon: float, period: float) -> int:
     """Return the number of samples of a window, from its length and the sampling period, s."""
     return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
-def _follow(w: _Windows, theta: Array) -> None:
+def _fit_initial_states(w: _Windows, theta: Array) -> None:
     """Set the initial states of windows to those of least squared residuals, with parameters (p,).
 
-    They are found by Gauss-Newton steps. Of each step, the best of some fractions is taken: if
-    friction stops an axis, the initial velocity has no effect, and a full step may be arbitrary. A
-    window in which no fraction reduces the residuals keeps its initial state.
+    The initial states are found by Gauss-Newton steps. Of each step, the best of some fractions is
+    taken: if friction stops an axis, the initial velocity has no effect, and a full step may be
+    arbitrary. A window in which no fraction reduces the residuals keeps its initial state.
+
+    Raises
+    ------
+    EstimationError
+        A window cannot be simulated.
     """
     for _ in range(_ROUNDS):
-        errors, back = _step_back(w, theta)
+        errors, back = _gauss_newton_step(w, theta)
+        # Squared residuals of each window at its present state, and after fractions of the step.
         tried = w.first_states[:, None, :] - _SHARES[:, None] * (back * w.steps).T[:, None, :]
         here = np.einsum("nw,nw->w", errors, errors)
         errors, failed = w.errors(np.tile(theta, (len(_SHARES), 1)), tried.reshape(2, -1))
         there = np.einsum("nbw,nbw->bw", errors, errors)
         there[[*failed]] = np.inf
+        # The best fraction of each window, if it reduces the residuals.
         best, every = there.argmin(axis=0), np.arange(w.count)
         less = there[best, every] < here
         w.first_states = np.where(less, tried[:, best, every], w.first_states)
@@ -312,11 +332,16 @@ def _follow(w: _Windows, theta: Array) -> None:
             break
 
 
-def _moved(w: _Windows, theta: Array) -> Array:
-    """Return the residuals of windows, (N, 5, w), with five initial states.
+def _errors_at_shifted_states(w: _Windows, theta: Array) -> Array:
+    """Return the residuals of windows with five initial states each, (N, 5, w).
 
-    These are the present initial state, then the position a step higher and lower, then the
+    The five are the present initial state, then the position a step higher and lower, then the
     velocity a step higher and lower. `theta`, (p,), are the parameters.
+
+    Raises
+    ------
+    EstimationError
+        A window cannot be simulated.
     """
     shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * w.steps[:, None]
     states = (w.first_states[:, None, :] + shifts[:, :, None]).reshape(2, -1)
@@ -326,12 +351,13 @@ def _moved(w: _Windows, theta: Array) -> Array:
     return errors
 
 
-def _step_back(w: _Windows, theta: Array) -> tuple[Array, Array]:
-    """Return residuals (N, w), and the Gauss-Newton step of the initial states, (w, 2).
+def _gauss_newton_step(w: _Windows, theta: Array) -> tuple[Array, Array]:
+    """Return the residuals, (N, w), and the Gauss-Newton step of the initial states, (w, 2).
 
-    The step is in units of `_Windows.steps` and to be subtracted. Sets the basis of the windows.
+    The step is in units of `_Windows.steps`, and has to be subtracted. The basis of the windows is
+    set to that of the derivatives by the initial states.
     """
-    errors = _moved(w, theta)
+    errors = _errors_at_shifted_states(w, theta)
     slopes = (errors[:, [1, 3]] - errors[:, [2, 4]]) / 2  # (N, 2, w), a step each
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
     size = np.abs(np.einsum("wkk->wk", triangle))
@@ -354,10 +380,13 @@ def _windows(
     """
     if record.integrated:
         raise DataError(
-            f"{record.provenance.source} has no position, the output of the fit.",
+            f"{record.provenance.source} has no position column, which is the output of the fit. "
+            f"Name the column with {setting('columns', {'position': 'NAME'})}, or choose another "
+            "output.",
             code="missing-column",
         )
-    control = _control(axis, record)
+    control = _acting_control(axis, record)
+    # The axis without a law: its drive is driven by the acting control.
     declared = axis.declared
     free = build(
         replace(
@@ -370,7 +399,7 @@ def _windows(
     columns = recorded_signals(axis, record.provenance.source, record.signals)
     counted = (~mask_of(record.masked, len(record))).astype(float)
     for first, last in record.spans:
-        count = max((last - first) // _size(horizon, record.period), 1)
+        count = max((last - first) // _window_samples(horizon, record.period), 1)
         size = (last - first) // count
         every = (record.position, control, counted, *columns)
         cut = [v[first : first + count * size].reshape(count, size).T.copy() for v in every]
@@ -389,7 +418,7 @@ def _windows(
         )
 
 
-def _control(axis: GeneratedAxis, record: Record) -> Array:
+def _acting_control(axis: GeneratedAxis, record: Record) -> Array:
     """Return the acting control of a record, or the control that gives the recorded force, (N,).
 
     Raises
@@ -405,6 +434,6 @@ def _control(axis: GeneratedAxis, record: Record) -> Array:
         return np.asarray(record.force / float(drive.gain))
     raise DataError(
         f"{record.provenance.source} has no control column, with which the axis is "
-        f"simulated. Name it with {setting('columns', {'control': 'NAME'})}.",
+        f"simulated. Name the column with {setting('columns', {'control': 'NAME'})}.",
         code="missing-column",
     )

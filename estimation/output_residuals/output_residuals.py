@@ -32,7 +32,8 @@ from axisid.estimation.unknowns import axis_at, inputs_at, started_at
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-#: Step relative to a parameter's scale. Derivatives agree to 0.06 % for steps from 1e-3 to 1e-6.
+#: Step of differences relative to a parameter's scale. Derivatives agree to 0.06 % for steps from
+#: 1e-3 to 1e-6.
 STEP = 1e-4
 # step of the factor of a law's term for a central difference
 _ADDED_SHARE = 1e-3
@@ -56,14 +57,14 @@ class BatchResiduals:
 
 @dataclass(slots=True, kw_only=True)
 class Piece:
-    """Rows of the outputs that are predicted together: a segment, or windows of a segment.
+    """Recorded outputs that are simulated together: of a segment, or of the windows of a segment.
 
     Attributes
     ----------
     record : int
         Number of the record, from 0; pieces are in the order of the records.
     spans : tuple of int
-        Number of rows of each stretch without a gap.
+        Number of rows of each stretch without a gap, which is the segment or a window.
     samples : (N,) array of int
         Sample numbers in the record.
     measured : (n,) array
@@ -92,7 +93,7 @@ class Stretch(Piece):
     outputs : tuple of str
         Fitted outputs, by their names in `Simulation`; rows of several outputs alternate.
     substeps : int or None
-        Steps per sample, once they are chosen.
+        Steps per sample; None before they are chosen.
     """
 
     axis: GeneratedAxis
@@ -145,7 +146,17 @@ def interleaved(columns: Sequence[Array]) -> Array:
 
 
 class OutputResiduals(ABC):
-    """Residuals of outputs: simulated minus recorded, at the samples of all records.
+    """Residuals of outputs as a function of the parameters: simulated minus recorded, all records.
+
+    The rows are those of all records in their order; rows of several outputs alternate.
+
+    Parameters
+    ----------
+    form : Form
+        Map of the parameters of the fit, (P,), to those of each record's axis, (p,).
+    records : sequence of Record
+    pieces : sequence of Piece
+        Recorded outputs, in the order of the records.
 
     Attributes
     ----------
@@ -179,11 +190,12 @@ class OutputResiduals(ABC):
         self._later: OutputResiduals | None = None
         self.measured = np.concatenate([each.measured for each in pieces])
         self.counted = np.concatenate([each.counted for each in pieces])
-        every = [[each for each in pieces if each.record == i] for i in range(len(records))]
-        self.samples = tuple(np.concatenate([p.samples for p in each]) for each in every)
+        # The pieces of each record, their samples, and the rows of their stretches.
+        by_record = [[each for each in pieces if each.record == i] for i in range(len(records))]
+        self.samples = tuple(np.concatenate([p.samples for p in each]) for each in by_record)
         ends = np.cumsum([0, *(size for each in pieces for size in each.spans)]).tolist()
         stretches = starmap(slice, pairwise(ends))
-        counts = (sum(len(p.spans) for p in each) for each in every)
+        counts = (sum(len(p.spans) for p in each) for each in by_record)
         self.spans = tuple(tuple(islice(stretches, count)) for count in counts)
 
     @abstractmethod
@@ -192,7 +204,7 @@ class OutputResiduals(ABC):
 
     @abstractmethod
     def settle(self, physical: Array) -> None:
-        """Choose the settings of simulations with parameters near given ones, (P,).
+        """Choose the settings of simulations with parameters near the given parameters, (P,).
 
         Settings are the steps per sample, and the initial states of windows.
 
@@ -203,7 +215,7 @@ class OutputResiduals(ABC):
         """
 
     def _forget_steps(self) -> None:
-        """Forget the chosen steps per sample."""
+        """Forget the chosen steps per sample of the stretches, unless a subclass has others."""
         for each in self.stretches:
             each.substeps = None
 
@@ -220,7 +232,10 @@ class OutputResiduals(ABC):
         """
 
     def __call__(self, physical: Array) -> BatchResiduals:
-        """Return the residuals of all records for B sets of parameters, (B, P)."""
+        """Return the residuals of all records for B sets of parameters, (B, P).
+
+        After `follow_time`, the residuals are linear in the last parameter, a time of the drive.
+        """
         pieces, failed = zip(*self._errors(physical), strict=True)
         errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
         failures = dict(ChainMap(*map(dict, failed)))
@@ -230,9 +245,9 @@ class OutputResiduals(ABC):
         return BatchResiduals(errors=errors, failures=failures)
 
     def _at(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
-        """Return a stretch for parameters of the fit (P,), and the parameters of its axis (p,).
+        """Return a stretch at parameters of the fit (P,), and the parameters of its axis (p,).
 
-        The stretch has the gains of the law and the initial state that the parameters give.
+        Gains of the law and initial states that are parameters of the fit have the given values.
         """
         axis, inputs = axis_at(stretch.axis, self._form, physical), stretch.inputs
         if axis is not stretch.axis:
@@ -243,7 +258,7 @@ class OutputResiduals(ABC):
     def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Return the derivative of the residuals by the factor of each law term, (n,) by name.
 
-        Empty without a sampled law, or if a loop cannot be simulated.
+        The parameters are (P,). Empty without a sampled law, or if a loop cannot be simulated.
         """
         slopes = [jacobian_by_law(*self._at(each, physical)) for each in self.stretches]
         names = dict.fromkeys(name for each in slopes for name in each) if all(slopes) else ()
@@ -257,26 +272,28 @@ class OutputResiduals(ABC):
     def velocities(self, physical: Array) -> tuple[Array, ...]:
         """Return the simulated velocities with parameters (P,) at the samples of each record.
 
-        Empty without loops, or if a loop cannot be simulated.
+        Empty without loops, if a loop cannot be simulated, or if law and log have different
+        periods.
         """
         velocities: list[list[Array]] = [[] for _ in self.samples]
         for each in self.stretches:
             at, theta = self._at(each, physical)
             if at.inputs.clocks is not None:
                 return ()
-            if (loop := at.simulated(theta[None, :], at.inputs, ["velocity"])).failures:
+            loop = at.simulated(theta[None, :], at.inputs, ["velocity"])
+            if loop.failures:
                 return ()
             velocities[each.record].append(loop["velocity"][:, 0])
-        return tuple(map(np.concatenate, filter(None, velocities)))
+        return tuple(np.concatenate(of_record) for of_record in velocities if of_record)
 
     def follow_time(
         self, later: "OutputResiduals", physical: Array, time: float, step: float
     ) -> None:
-        """Let the residuals depend on a time of the drive, the last parameter, linearly.
+        """Let the residuals depend linearly on a time of the drive, which is the last parameter.
 
-        A loop is generated for one lag and one delay; the output is linearised about these. At the
-        end of a search the caller generates the loop again for the estimated time, until the time
-        no longer changes.
+        A loop is generated for one lag and one delay, and the output is linearised about them. At
+        the end of a search the caller generates the loop again for the estimated time, until the
+        time no longer changes.
 
         Parameters
         ----------
@@ -285,20 +302,21 @@ class OutputResiduals(ABC):
         physical : (P,) array
             Parameters at which the derivative by the time is taken.
         time, step : float
-            Time of the drive of these residuals, and its difference to that of `later`, s.
+            Time of the drive of these residuals, and the difference of the time of `later`, s.
 
         Raises
         ------
         EstimationError
-            One of the two cannot be simulated at these parameters.
+            The loops with one of the two times cannot be simulated at these parameters.
         """
         self._later, self._time, self._time_step = later, time, step
         self.begin(physical)
 
     def begin(self, physical: Array) -> None:
-        """Begin a search at parameters (P,), without settings of earlier searches.
+        """Prepare for a search from parameters (P,), without settings of earlier searches.
 
-        The steps per sample and the derivative by the drive's time are determined again.
+        The steps per sample are chosen again, and so is the derivative by the drive's time after
+        `follow_time`.
 
         Raises
         ------
@@ -316,7 +334,9 @@ class OutputResiduals(ABC):
         slope = (there - here) / self._time_step
         if not np.all(np.isfinite(slope)):
             raise EstimationError(
-                "the loop cannot be simulated near the drive's time that is to be estimated.",
+                "the loop cannot be simulated near the start value of the drive's lag or delay, "
+                "which is free. Declare another value, or leave the lag or delay out of the free "
+                "parameters.",
                 code="simulation",
             )
         self._slope_by_time = slope
@@ -326,7 +346,9 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     """Return the derivatives of a stretch's outputs, (n,), by a factor of each law term, by name.
 
     The terms are products of gains, or the gains themselves if the law is no sum of such products;
-    and the drive's limit, if the loop reaches it. Central differences of simulated loops.
+    and the drive's limit, if the loop reaches the limit. The derivatives are differences of
+    simulated loops: a larger factor of a term acts like a part of the term that is added to the
+    control.
 
     Parameters
     ----------
@@ -343,12 +365,13 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     if law is None or law.continuous:
         return {}
     wanted = ("position", "velocity", "control")
-    if (loop := stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)).failures:
+    loop = stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)
+    if loop.failures:
         return {}
     position, velocity, control = (loop[name][:, 0] for name in wanted)
     # Terms of the law along the simulated loop, in the drive's unit.
     ticks = LawInputs.at_samples(inputs.reference, position, velocity, inputs.signals)
-    # The loop's memory ends with that of the drive, on which the law's terms do not depend.
+    # The memory of a loop is that of the law, then that of the drive, on which no term depends.
     memory, count = inputs.start.memory, law_memory(stretch.axis)
     start = state_at_rest(stretch.axis, ticks) if memory is None else np.asarray(memory)[:count]
     if law.is_polynomial:
@@ -357,7 +380,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     else:
         names = [*law.gains]
         terms = LawReplay.of_loop(stretch.axis, ticks, start).jacobian_by_gain()
-    # Terms are those at their action, after the delay; an injected signal has the same delay.
+    # An injected signal has the delay of the law, so that the terms are those at their action.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
     # Loops with a part of each term added to the control, and subtracted from it.
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])
@@ -383,20 +406,20 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
 
 
 def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> slice:
-    """Return the slice of a record's rows, of all outputs or of one.
+    """Return the slice of a record's rows, of all outputs or of one output.
 
     Parameters
     ----------
     spans : sequence of slice
-        Stretches of the record.
+        Rows of the record's stretches.
     place, outputs : int
-        Index of the output, and number of outputs.
+        Index of the output, and number of outputs; by default the rows of all outputs.
     """
     return slice(spans[0].start + place, spans[-1].stop, outputs)
 
 
-_ROOM = 2.001  # steps that must fit between the bounds
-_SHORTER = (1, 1 / 8, 1 / 64)  # shorter steps that are tried if lanes fail
+_ROOM = 2.001  # number of steps that must fit between the bounds of a parameter
+_SHORTER = (1, 1 / 8, 1 / 64)  # shorter steps that are tried if loops cannot be simulated
 
 
 def jacobian_at(
@@ -409,8 +432,9 @@ def jacobian_at(
 ) -> tuple[Array, Array]:
     """Return the residuals (n,) at parameters (P,), and their Jacobian (n, P); 0 for fixed ones.
 
-    Second-order differences, central if the bounds allow. If no loop can be simulated on one side,
-    as with friction below 0, both steps are to the other side.
+    The derivatives are second-order differences, central if the bounds allow. If no loop can be
+    simulated on one side of a parameter, as with friction below 0, both steps are to the other
+    side; then shorter steps are tried. All loops of one try run in parallel lanes.
 
     Parameters
     ----------
@@ -430,9 +454,11 @@ def jacobian_at(
     """
     chosen = range(len(physical)) if free is None else map(int, np.flatnonzero(free))
     steps = np.minimum(STEP * scale, (upper - lower) / _ROOM)
+    # For each parameter whose derivative is pending: the pairs of steps that are still to be tried.
     pending = {j: _steps(steps[j], physical[j] - lower[j], upper[j] - physical[j]) for j in chosen}
     jacobian, why = np.zeros((len(predictions.measured), len(physical))), ""
     while True:
+        # One lane at the parameters, then two lanes for the next pair of each pending parameter.
         pairs = np.array([next(some, (np.nan, np.nan)) for some in pending.values()]).reshape(-1, 2)
         if np.isnan(pairs).any():
             raise EstimationError(why, code="simulation")
@@ -445,10 +471,11 @@ def jacobian_at(
         a, b = pairs.T
         # Derivatives at 0 of the parabolas through the values at 0, a and b.
         slopes = (first * b * b - second * a * a) / (a * b * (b - a)) - here * (a + b) / (a * b)
-        lost = {(lane - 1) // 2: why for lane, why in lanes.failures.items()}
-        why = next(iter(lost.values()), "")
+        # Parameters of failed lanes stay pending, with their next pair of steps.
+        failed = {(lane - 1) // 2: reason for lane, reason in lanes.failures.items()}
+        why = next(iter(failed.values()), "")
         for k, j in enumerate([*pending]):
-            if k not in lost:
+            if k not in failed:
                 jacobian[:, j] = slopes[:, k]
                 del pending[j]
         if not pending:
@@ -456,9 +483,9 @@ def jacobian_at(
 
 
 def _steps(step: float, below: float, above: float) -> Iterator[tuple[float, float]]:
-    """Yield pairs of steps for a difference: central, one-sided, then shorter ones.
+    """Yield pairs of steps for a difference: central, forward, backward, then the same but shorter.
 
-    Steps stay within the distances `below` and `above` to the bounds.
+    The steps stay within the distances `below` and `above` to the bounds.
     """
     for share in _SHORTER:
         h = share * step

@@ -1,4 +1,4 @@
-"""Columns of a log by name, with their units as written, and their provenance.
+"""Columns of a log by name, with units as written in the log, and the provenance of a record.
 
 In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.

@@ -16,14 +16,15 @@ from .provenance import Repair
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Samples:
-    """Values of a column, (N,), with their sampling times, if the column has its own.
+    """Values of a column, with its sampling times if the log has times for each column.
 
     Attributes
     ----------
     values : (N,) array
-        Values in the unit of the file; NaN for an empty cell.
+        Values in the unit of the file, in SI for a column with a role; NaN for an empty cell.
     clock : (N,) array or None
-        Sampling times, s. Columns with the same times share one array.
+        Sampling times, s. Columns with the same times share one array. None if the log has no times
+        for this column, or has a time column.
     """
 
     values: Array
@@ -31,11 +32,11 @@ class Samples:
 
     @property
     def times(self) -> Array:
-        """The sampling times, or the numbers of the samples if there are none, (N,)."""
+        """Sampling times, s, or the numbers of the samples from 0 without times, (N,)."""
         return np.arange(float(len(self.values))) if self.clock is None else self.clock
 
     def taken(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Samples":
-        """Return some of the samples, by their numbers or a mask, with their times."""
+        """Return some of the samples with their times; `rows` are their numbers, or a mask."""
         clock = None if self.clock is None else self.clock[rows]
         return Samples(values=self.values[rows], clock=clock)
 
@@ -47,15 +48,16 @@ class RawColumn:
     Attributes
     ----------
     samples : Samples or DataError
-        The samples, or the error of a column without numbers.
+        Samples, or the error of a column without numbers, which is raised when it is used.
     unit : str
         Unit as in the file; empty for none.
     label : str
         Name and unit as in the file, if the name was taken from them; otherwise empty.
     note : str
-        Assumption about the column, a sentence with its name, reported if the column is used.
+        Assumption about the column with the name of the column, reported if the column is used;
+        empty for none.
     holds : str
-        Content of a column without numbers, which cannot be used; otherwise empty.
+        Content of a column that cannot be used, such as ``text``; otherwise empty.
     """
 
     samples: Samples | DataError
@@ -73,23 +75,26 @@ class RawColumn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """The columns of a file.
+    """Columns of a log by name.
 
     Attributes
     ----------
     source : str
-        The file as it was given, for messages.
+        File as the user gave it, or a description of a log in memory, for messages.
     columns : mapping of str to RawColumn
+        Columns by unique names, in the order of the log.
     notes : tuple of str
-        What was assumed of the file: separator, encoding, rows that were passed over.
+        Assumptions about the file: separator, encoding, ignored lines.
     repairs : tuple of Repair
-        Rows at the end that were left out: one that ends inside its last number, more on request.
+        Reports of lines at the end that were left out: a line that is truncated in its last number,
+        and incomplete lines on request.
     sha256 : str
         SHA-256 of the file; empty without a file.
     path : str
         Absolute path of the file; empty without a file.
     missing : str
-        Advice if a column is not found, such as how to save variables that cannot be read.
+        Advice if a column is not found, such as how to save variables that cannot be read; empty
+        for none.
     warnings : tuple of str
         Faults of the file that the library reported while reading it.
     """
@@ -104,34 +109,35 @@ class Table:
     warnings: tuple[str, ...] = ()
 
     def find(self, name: str) -> str | None:
-        """Return the only column that a name may stand for, see `alike`; None otherwise."""
+        """Return the column that a name stands for, see `alike`; None for no or several columns."""
         alike = self.alike(name)
         return alike[0] if len(alike) == 1 else None
 
     def alike(self, name: str) -> list[str]:
-        """Return the columns that a name may stand for.
+        """Return the names of the columns that a name may stand for.
 
-        By its name; or else its label, the last parts of its dotted name, or its number (``#3``).
+        That is the column of this name. If there is none, the columns with this label; or else the
+        columns whose dotted names end with this name; or else the column of this number (``#3``).
         """
         if name in self.columns:
             return [name]
-        labelled = [own for own, column in self.columns.items() if column.label == name]
-        ending = [own for own in self.columns if own.endswith(f".{name}")]
+        labelled = [key for key, column in self.columns.items() if column.label == name]
+        ending = [key for key in self.columns if key.endswith(f".{name}")]
         place = re.fullmatch(r"#([1-9]\d{0,5})", name)
         numbered = [*self.columns][int(place[1]) - 1 : int(place[1])] if place else []
         return labelled or ending or numbered
 
     def listed(self) -> str:
-        """Return the names of the columns, for messages."""
+        """Return a text with the names of the first 40 columns that have numbers, for messages."""
         names = [name for name, column in self.columns.items() if not column.holds]
         more = f" and {len(names) - 40} more" if len(names) > 40 else ""
         return (", ".join(names[:40]) or "no columns") + more
 
 
 def numbered(names: Sequence[str]) -> list[str]:
-    """Return names of columns, with repeated ones numbered from 1: ``Time.1``, ``Time.2``.
+    """Return unique names of columns; repeated names are numbered from 1: ``Time.1``, ``Time.2``.
 
-    The name without a number is then ambiguous and refused.
+    A repeated name without a number is ambiguous, and is refused when a column is looked for.
     """
     times, seen, unique = Counter(names), Counter[str](), []
     for name in names:

@@ -1,4 +1,4 @@
-"""Builder of a table: the columns of a file while it is read, with and without numbers."""
+"""Builder of a table, to which the columns of a file are added while the file is read."""
 
 import math
 from dataclasses import dataclass, field
@@ -12,18 +12,18 @@ from axisid.support.memory import Room
 
 from .table import RawColumn, Samples, Table
 
-#: Content of arrays without real numbers, by the kind of their cells.
+#: Content of arrays without real numbers, by NumPy's kind of their type, for messages.
 _NO_NUMBERS = {"c": "complex numbers", **dict.fromkeys("SUT", "text")}
 
 
 @dataclass(slots=True)
 class TableBuilder:
-    """The columns of a file while it is read.
+    """Builder of the table of a file.
 
     Attributes
     ----------
-    columns : dict
-        As in `Table`.
+    columns : dict of str to RawColumn
+        Columns that have been added, by name.
     room : Room
         Memory for the columns; unlimited for columns that are in memory already.
     """
@@ -41,14 +41,30 @@ class TableBuilder:
         clock: Array | None = None,
         note: str = "",
     ) -> None:
-        """Add an array of numbers, or of time stamps and durations, which are converted to s.
+        """Add a vector of numbers, or of time stamps or durations, which are converted to s.
 
-        Time stamps are relative to the first.
+        Time stamps are relative to the first time stamp. Any other array is added as a column that
+        cannot be used.
+
+        Parameters
+        ----------
+        name : str
+            Name of the column.
+        values : array_like
+            Values of the column.
+        unit : str
+            Unit as in the file; empty for none.
+        label : str
+            Name and unit as in the file, if the name was taken from them; otherwise empty.
+        clock : (N,) array, optional
+            Times of the samples, s, if the file has times for each column.
+        note : str
+            Assumption about the column; empty for none.
 
         Raises
         ------
         DataError
-            There is a column of this name already.
+            There is a column of this name already, or the memory is exceeded.
         """
         array = np.asarray(values)
         if array.dtype.kind == "M" and array.ndim == 1:
@@ -72,20 +88,25 @@ class TableBuilder:
         )
 
     def pass_over(self, name: str, what: str) -> None:
-        """Add a column without numbers, with its content.
+        """Add a column that cannot be used, with a description of its content (`what`).
 
         Raises
         ------
         DataError
             There is a column of this name already.
         """
-        wrong = DataError(
+        error = DataError(
             f"the column {name!r} contains {what}. Choose another column.", code="columns"
         )
-        self._put(name, RawColumn(samples=wrong, holds=what))
+        self._put(name, RawColumn(samples=error, holds=what))
 
     def _put(self, name: str, column: RawColumn) -> None:
-        """Add a column; refuse a second one of the same name, which would be ambiguous."""
+        """Add a column; refuse a second column of the same name, which would be ambiguous.
+
+        Raises
+        ------
+        DataError
+        """
         if name in self.columns:
             raise twice(name)
         self.columns[name] = column
@@ -93,7 +114,13 @@ class TableBuilder:
     def add_array(self, name: str, values: object, unit: str = "") -> None:
         """Add an array of any shape: a vector, or a matrix whose columns are numbered from 1.
 
-        The rows of a matrix that is wider than long are its columns, as in Simulink's `To File`.
+        The rows of a matrix that is wider than long are its columns, as in Simulink's `To File`. A
+        single number, or an array of more dimensions, is added as a column that cannot be used.
+
+        Raises
+        ------
+        DataError
+            There is a column of the same name already, or the memory is exceeded.
         """
         array = np.asarray(values)
         if array.size < 2 or (array.ndim > 2 and array.size > max(array.shape)):
@@ -117,6 +144,13 @@ class TableBuilder:
     ) -> Table:
         """Return the table of the added columns.
 
+        Parameters
+        ----------
+        source, notes, missing, warnings
+            Attributes of the `Table`.
+        advice : str
+            Instruction for a file without columns of numbers, without a full stop.
+
         Raises
         ------
         DataError
@@ -124,9 +158,9 @@ class TableBuilder:
         """
         if advice and all(column.holds for column in self.columns.values()):
             listed = ", ".join(f"{n}: {c.holds}" for n, c in [*self.columns.items()][:8])
+            found = f" ({listed})" if listed else ""
             raise DataError(
-                f"{source} has no columns of numbers{f' ({listed})' * bool(listed)}. "
-                f"{advice[:1].upper()}{advice[1:]}.",
+                f"{source} has no columns of numbers{found}. {advice[:1].upper()}{advice[1:]}.",
                 code="columns",
             )
         return Table(
@@ -148,6 +182,7 @@ def twice(name: str) -> DataError:
 
 
 def _content(array: np.ndarray[Any, Any]) -> str:
+    """Return the content of an array that is not a vector of numbers, for messages."""
     if array.dtype.kind in "fiubmM":
         if array.size == 1:
             return f"one number, {array.ravel()[0]}"

@@ -1,7 +1,7 @@
-"""Units in logs: a list of known units, their factors to SI, and names with a unit.
+"""Units in logs: the known units, their factors to SI, and headers with a name and a unit.
 
-Inside the program every number is SI; units are converted here. `nm` is a nanometre and `Nm` a
-newton metre; a unit that is not on the list is refused, not guessed.
+Inside the program every number is in SI. `nm` is a nanometre and `Nm` a newton metre; an unknown
+unit is refused, not guessed.
 """
 
 import re
@@ -15,10 +15,10 @@ from axisid.support.errors import ModelError
 
 from .table import numbered
 
-#: Entry of a NumPy archive with the units by name, as JSON.
+#: Entry of a NumPy archive that has the units of its columns: a JSON object by name.
 UNITS_ENTRY = "axisid.units"
 
-#: Factor to SI by symbol, with a power of pi, and the coherent unit.
+#: By symbol of a unit: factor to SI without pi, power of pi in the factor, and coherent unit.
 _FACTORS: Mapping[str, tuple[str, int, str]] = {
     **{
         s: (f, 0, "s")
@@ -52,11 +52,13 @@ _FACTORS: Mapping[str, tuple[str, int, str]] = {
 }
 
 
+#: Characters of units and their usual spelling here: two signs for micro, degree, dot, square.
 _SPELT = str.maketrans(
     {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " ", "\u00b2": "^2"}
 )
 
 
+#: Names of units and other spellings, with the symbol.
 _NAMES = {
     "meter": "m",
     "metre": "m",
@@ -120,10 +122,10 @@ class UnitQuantity:
         Value in the coherent unit, with pi to forty digits.
     unit : Unit or None
         Coherent unit; None for a plain number.
-    angle : Fraction or int
-        Power of the radian, which has no dimension in the unit.
     is_count : bool
         True for encoder counts.
+    angle : Fraction or int
+        Power of the radian, which `unit` does not contain, as an angle is dimensionless in SI.
     """
 
     value: Fraction
@@ -132,19 +134,22 @@ class UnitQuantity:
     angle: Fraction | int = 0
 
     def __mul__(self, other: "UnitQuantity") -> "UnitQuantity":
+        """Return the product; it is one of encoder counts if this quantity is."""
         unit = self.unit * other.unit if self.unit and other.unit else self.unit or other.unit
         return UnitQuantity(self.value * other.value, unit, self.is_count, self.angle + other.angle)
 
     def __truediv__(self, other: "UnitQuantity") -> "UnitQuantity":
+        """Return the quotient; it is one of encoder counts if this quantity is."""
         unit = other.unit and other.unit**-1
         return self * UnitQuantity(1 / other.value, unit, angle=-other.angle)
 
     def __float__(self) -> float:
+        """Return the value in the coherent unit."""
         return float(self.value)
 
 
 def exact_unit(text: str) -> UnitQuantity | None:
-    """Return the size of a unit such as ``mm`` or ``N m``; None if it is not known."""
+    """Return the quantity of one unit such as ``mm`` or ``N m``; None for an unknown unit."""
     plain = text.strip().translate(_SPELT)
     if "**" not in plain:
         plain = plain.replace("*", " ")
@@ -162,22 +167,23 @@ def is_unit(text: str) -> bool:
     return exact_unit(text) is not None or text.strip().lower() in COUNTS
 
 
+#: Header with a unit. Groups: name, blanks, and unit in square brackets, parentheses or after `/`.
 LABEL_WITH_UNIT = re.compile(r"(.+?)(\s*)(?:\[([^\[\]]+)\]|\(([^()]+)\)|/\s*([^\s/]+))")
 
 
 def split_label(label: str) -> tuple[str, str]:
     """Return name and unit of a header such as ``position [mm]`` or ``vel (rad/s)``.
 
-    A text in square brackets is a unit, known or not, unless it is a number (``q[1]``). In
-    parentheses or after a slash it has to be a known unit or encoder counts. A header without a
-    unit is a name as a whole.
+    A text in square brackets is a unit, known or not, unless it is a number (``q[1]``). A text in
+    parentheses or after a slash is a unit only if it is a known unit or encoder counts. A header
+    without a unit is a name as a whole, with an empty unit.
     """
     match = LABEL_WITH_UNIT.fullmatch(label)
     if match is None:
         return label, ""
-    name, blank, square, round_, below = match.groups()
-    unit = (square or round_ or below).strip()
-    is_path = below is not None and not blank  # `axis/s` may be one
+    name, blank, square, round_, after_slash = match.groups()
+    unit = (square or round_ or after_slash).strip()
+    is_path = after_slash is not None and not blank  # `axis/s` may be a path
     if is_path or unit.isdecimal() or not (square is not None or is_unit(unit)):
         return label, ""
     return name, "" if unit.lower() in ("-", "--", "none") else unit
@@ -186,7 +192,8 @@ def split_label(label: str) -> tuple[str, str]:
 def split_labels(labels: Sequence[str]) -> list[tuple[str, str]]:
     """Return names and units of all headers, with unique names.
 
-    Names that differ by their units only stay as written; repeated ones are numbered.
+    A name of several columns is replaced by the whole header, which contains the unit. Headers that
+    are repeated are numbered.
     """
     split = [split_label(label) for label in labels]
     times = Counter(name for name, _ in split)

@@ -20,7 +20,7 @@ from axisid.support.arrays import Array, runs
 
 from .quantisation import quantisation_step, rounding
 
-# fewest equal samples at an extreme of a clipped signal
+# smallest number of equal samples at an extreme of a clipped signal
 _MIN_FLAT_SAMPLES = 3
 
 
@@ -29,9 +29,9 @@ def clipped(
 ) -> tuple[RoleColumns, list[str]]:
     """Return columns with clipped samples masked, and notes on clipped samples.
 
-    The force is searched, or the control without a force. Samples are clipped at the extremes of
-    the column or at the drive's limit. If they are not to be masked, a note reports them, except
-    for a control at the limit. If they are masked, there are no notes, but a repair.
+    The force is searched, or the control if there is no force. Samples are clipped at the extremes
+    of the column or at the drive's limit. If clipped samples are masked, a repair reports them.
+    Otherwise a note reports them, except for a control at the limit.
 
     Parameters
     ----------
@@ -53,20 +53,21 @@ def clipped(
     else:  # A flat top at the limit differs from it by the noise of a converter at most.
         cut &= np.abs(values) < 0.98 * limit
     count, extremes = int(cut.sum()), np.unique(values[cut])
-    at = (
-        f" (at {' and '.join(f'{each:.6g}' for each in extremes)})" if 0 < len(extremes) < 3 else ""
-    )
+    at = ""
+    if 0 < len(extremes) < 3:
+        at = f" (at {' and '.join(f'{each:.6g}' for each in extremes)})"
     if not masked:
         note = (
             f"the {role} is clipped in {count} samples{at}, perhaps by a recorder or a converter. "
-            'Unless the drive clips it, leave the samples out with mask = "clipped" in run.toml'
+            f"Unless the drive clips the {role}, leave these samples out with "
+            'mask = "clipped" in run.toml'
         )
         return columns, [note] if count else []
     which = "none" if driven is None else f"{role} {count}{at}"
     repair = Repair(
         kind="clipped",
         count=count,
-        text=f"clipped samples masked, with the rows whose filters reach them: {which}",
+        text=f"clipped samples are masked, with the rows whose filters reach the samples: {which}",
     )
     masks = dict(columns.masks)
     if driven is not None:
@@ -75,10 +76,15 @@ def clipped(
 
 
 def _flat_tops(driven: Samples, position: Samples | None) -> Mask:
-    """Return True for samples of a control or a force that are clipped at an extreme, (N,)."""
+    """Return True for samples of a control or a force that are clipped at an extreme, (N,).
+
+    `position` are the samples of the position, with which standstill is excluded; None without a
+    position.
+    """
     signal = _Signal(driven.values)
-    there = None if position is None else np.interp(driven.times, position.times, position.values)
-    cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, there)]
+    # Position at the samples of the signal, whose times may differ.
+    moved = None if position is None else np.interp(driven.times, position.times, position.values)
+    cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, moved)]
     # A signal that is clipped on one side is also clipped at the opposite value, even for a sample.
     opposite = [extreme for extreme in (signal.least, signal.most) if -extreme in cut]
     return np.isin(driven.values, [*cut, *opposite])
@@ -88,8 +94,9 @@ def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
     """Return True if a signal is clipped at its extreme, by the runs of samples with that value.
 
     Counted are runs of several samples that begin and end with a step while the axis moves. The
-    signal is clipped if most of them are not the tops of commanded ramps. `position`, (N,), is that
-    of the axis at the samples of the signal; None without a position.
+    signal is clipped if more than half of these runs are not the tops of commanded ramps.
+    `position`, (N,), is the position of the axis at the samples of the signal; None without a
+    position.
     """
     flat = [
         (start, stop)
@@ -127,19 +134,19 @@ class _Signal:
         self.turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
 
     def is_steep(self, start: int, stop: int) -> bool:
-        """Return True if samples `start` to `stop` begin and end with steps.
+        """Return True if the signal steps before sample `start` and before sample `stop`.
 
-        These are larger than the steps of a smooth signal, which are due to quantisation.
+        Both steps must be larger than those of a smooth signal, which are due to quantisation.
         """
         ends = [k for k in (start, stop) if 0 < k < len(self.values)]
         least = min((abs(self.values[k] - self.values[k - 1]) for k in ends), default=0.0)
         return float(least) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
-        """Return True if samples `start` to `stop`, constant at an extreme, are commanded.
+        """Return True if samples from `start` to before `stop` are the top of a commanded ramp.
 
-        They are then the top of a commanded ramp: straight lines lead to and from them. A line is
-        not needed on a side on which the log ends.
+        The samples are constant at an extreme. A ramp has straight lines before and after its top;
+        a line is not needed on a side on which the log ends.
         """
         last = len(self.values) - 1
         before = int(self.turns[self.turns < start].max(initial=0))
@@ -170,12 +177,13 @@ class _Signal:
         inner = self.values[min(top, end) + 1 : max(top, end)]
         if len(inner) < 4:  # too few to show that they are straight
             return bool(self.least < self.values[end] < self.most)
-        off = inner - np.linspace(inner[0], inner[-1], len(inner))
-        return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
+        deviation = inner - np.linspace(inner[0], inner[-1], len(inner))
+        return float(np.abs(deviation).max()) <= MAX_SMOOTH_STEP.value * self.quantum
 
 
 def _samples_kept(values: Array) -> int:
     """Return the number of samples for which a value between the extremes is held; usually 1."""
+    # Lengths of the runs of equal values, without the runs at the ends of the log.
     edges = np.flatnonzero(np.diff(values)) + 1
     inner = values[edges[:-1]]
     lengths = np.diff(edges)[(inner > values.min()) & (inner < values.max())]
@@ -184,7 +192,10 @@ def _samples_kept(values: Array) -> int:
 
 
 def _rests(position: Array | None, start: int, stop: int) -> bool:
-    """Return True if the axis does not move in samples `start` to `stop`; False if unknown."""
+    """Return True if the axis does not move from sample `start` to before sample `stop`.
+
+    False without a position, or for fewer than 20 samples.
+    """
     if position is None or stop - start < 20:
         return False
     quantum = quantisation_step(position) or rounding(position)

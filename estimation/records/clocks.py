@@ -1,6 +1,7 @@
-"""Times of columns: one time column, one for each column, or an even count; and their steps.
+"""Times of columns, and checks of their steps.
 
-Gaps, clocks that go back, a drifting period, a given period.
+Columns have the times of one time column, times of their own, or a count of the sampling period.
+Checked are gaps, clocks that are set back, jitter, a drifting period, and a given period.
 """
 
 import math
@@ -22,13 +23,13 @@ from axisid.support.wording import quoted
 from .shifts_and_interpolation import SELDOM_ROLES, advised_interpolation
 
 
-def _evenly() -> str:
-    """Return the setting that resamples a log evenly."""
+def _resampling() -> str:
+    """Return the setting that resamples a log evenly, as the user types it."""
     return setting("resample", "auto")
 
 
-def _split() -> str:
-    """Return the setting that cuts a log at its gaps."""
+def _splitting() -> str:
+    """Return the setting that cuts a log at its gaps, as the user types it."""
     return setting("gaps", "split")
 
 
@@ -44,7 +45,8 @@ def long_steps(time: Array, most: float) -> NDArray[np.intp]:
 def _is_rare(count: int, steps: int) -> bool:
     """Return True if irregular time steps are so few that they are faults of single samples.
 
-    Many irregular steps are jitter. `count` is their number, `steps` that of all steps.
+    Many irregular steps are jitter. `count` is the number of irregular steps, `steps` the number of
+    all steps.
     """
     return count <= max(0.01 * steps, 1)
 
@@ -69,8 +71,9 @@ def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> 
     elif any(s.clock is None for s in samples.values()):
         if sample_period is None:
             raise DataError(
-                f"{table.source}: there is no time column among {table.listed()}. Name it with "
-                f"{setting('columns', {'time': 'NAME'})}, or give sample_period in run.toml. "
+                f"{table.source}: there is no time column among {table.listed()}. Name the time "
+                f"column with {setting('columns', {'time': 'NAME'})}, or set sample_period in "
+                "run.toml. "
                 f"{table.missing}".rstrip(),
                 code="time",
             )
@@ -105,8 +108,8 @@ def retimed(
     split : bool
         True if the log may be cut where its clock was set back.
     uneven : bool
-        True if short steps may be jitter; otherwise a rare one is a clock that was set back a
-        little.
+        True if the columns are resampled later: short steps are then jitter. Otherwise a rare short
+        step is a clock that was set back a little.
     """
     if not share_clock(columns):
         return columns
@@ -134,7 +137,7 @@ def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
     if not is_count or _is_rare(int(np.sum(steps == 0)), len(steps)):
         return time, []
     text = (
-        f"time stamps with steps of 0 to {1e3 * tick:.6g} ms replaced by a count of the given "
+        f"time stamps with steps of 0 to {1e3 * tick:.6g} ms are replaced by a count of the given "
         "sampling period"
     )
     return counted, [Repair(kind="clock", count=len(time), text=text)]
@@ -157,10 +160,12 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
         return time, []
     shifts = np.zeros(len(time))
     shifts[timed[places + 1]] = 4 * typical - steps[places]  # longer than the shortest gap
-    k, times = places[0], "once" if len(places) == 1 else f"{len(places)} times"
+    first = places[0]
+    times = "once," if len(places) == 1 else f"{len(places)} times, first"
     text = (
-        f"the clock is set back {times}, first before data row {timed[k + 1] + 1}, "
-        f"from {finite[k]:.9g} s to {finite[k + 1]:.9g} s: cut there, and the time continued"
+        f"the clock is set back {times} before data row {timed[first + 1] + 1}, from "
+        f"{finite[first]:.9g} s to {finite[first + 1]:.9g} s: the log is cut there, and the time "
+        "continues"
     )
     return time + np.cumsum(shifts), [Repair(kind="clock", count=len(places), text=text)]
 
@@ -168,8 +173,13 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
 def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
     """Return columns without the rows that have no finite value or time.
 
-    Such rows are left out only if the columns are resampled later (`uneven`); otherwise they are
-    refused, as are columns with different times.
+    Such rows are left out only if the columns are resampled later (`uneven`). Otherwise they are
+    refused, and so are columns with different times.
+
+    Raises
+    ------
+    DataError
+        A column has no row with a number and a time, or must be resampled.
     """
     if not uneven:
         _check_even(table, columns)
@@ -181,7 +191,11 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
     refuse(
         DataError,
         *(
-            (not len(s.values), f"{columns.source}: the {role} has no row with a number and a time")
+            (
+                not len(s.values),
+                f"{columns.source}: the {role} has no row with a number and a time. Name another "
+                f"column with {setting('columns', {role: 'NAME'})}, or check the times",
+            )
             for role, s in kept.items()
         ),
         code="time",
@@ -194,7 +208,7 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
         Repair(
             kind="empty",
             count=sum(lost.values()),
-            text=f"rows without a number or a time left out before resampling: {listed}",
+            text=f"rows without a number or a time are left out before resampling: {listed}",
         ),
     )
 
@@ -202,19 +216,31 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
 def _check_even(table: Table, columns: RoleColumns) -> None:
     """Refuse columns with cells that have no finite number, and columns with different times.
 
-    A column that is sampled at a lower rate may have such cells.
+    A column that is sampled at a lower rate than the others may have empty cells; the message then
+    also advises to interpolate.
+
+    Raises
+    ------
+    DataError
+        A cell has no finite number, or the columns have different times.
     """
     for role, samples in columns.samples.items():
         for what, cells in ((f"time of the {role}", samples.times), (role, samples.values)):
             empty = np.flatnonzero(~np.isfinite(cells))
             if empty.size:
-                draw = f", or interpolate between its values ({advised_interpolation(role)})"
+                interpolate = ""
+                if role in SELDOM_ROLES:
+                    interpolate = (
+                        f" Or interpolate between the values of the {role} "
+                        f"({advised_interpolation(role)})."
+                    )
                 raise DataError(
                     f"{columns.source}: the {what} is {cells[empty[0]]} in data row "
                     f"{empty[0] + 1} ({empty.size} of {len(cells)} cells have no number). Remove "
-                    f"such rows, or resample the others ({_evenly()}) and cut where many rows are "
-                    f"missing ({_split()}){draw if role in SELDOM_ROLES else ''}. At the end of a "
-                    'text, leave them out with tail = "drop" in run.toml.',
+                    f"the rows without a number. Or resample the other rows ({_resampling()}), and "
+                    f"cut the log where many rows are missing ({_splitting()}).{interpolate} If "
+                    "the rows are at the end of a text file, leave them out with "
+                    'tail = "drop" in run.toml.',
                     code="empty-cells",
                 )
     first, *others = columns.samples
@@ -226,17 +252,22 @@ def _check_even(table: Table, columns: RoleColumns) -> None:
                 columns.source,
                 table,
                 {first: len(shared), role: len(clock)},
-                f"If they are sampled at different rates, resample them ({_evenly()}).",
+                f"If the columns are sampled at different rates, resample them ({_resampling()}).",
             )
         if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
-                f"{columns.source}: {first} and {role} are sampled at different times. Resample "
-                f"them ({_evenly()}).",
+                f"{columns.source}: the {first} and the {role} are sampled at different times. "
+                f"Resample the columns ({_resampling()}).",
                 code="time",
             )
 
 
-def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
+def _unequal(
+    source: str,
+    table: Table,
+    lengths: Mapping[str, int],
+    advice: str = "Give one value per time in each column.",
+) -> DataError:
     """Return the error that columns differ in length, with warnings from reading the file.
 
     Parameters
@@ -247,19 +278,25 @@ def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str 
     lengths : mapping of str to int
         Number of rows by role.
     advice : str
-        Sentence that ends the message.
+        Instruction that ends the message, a sentence.
     """
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
     return DataError(
-        f"{source}: the columns differ in length: {listed}{why}. {advice}".rstrip(), code="time"
+        f"{source}: the columns differ in length: {listed}{why}. {advice}", code="time"
     )
 
 
 def period_uncertainty(pieces: Sequence[Array]) -> float:
     """Return the relative uncertainty of the mean time step, due to jitter.
 
-    `pieces` are the times of each segment, (n,) each, s.
+    Jitter moves the ends of each segment by the range of the time steps at most: the uncertainty is
+    the number of segments times this range, divided by the sum of all steps.
+
+    Parameters
+    ----------
+    pieces : sequence of (n,) array
+        Times of each segment, s.
     """
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     total = float(np.sum(steps)) if len(steps) else 0.0
@@ -268,8 +305,6 @@ def period_uncertainty(pieces: Sequence[Array]) -> float:
 
 def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
     """Return notes on uneven time steps that are treated as even; empty if the steps are even.
-
-    Jitter moves the ends of a window by a part of the spread of the steps.
 
     Parameters
     ----------
@@ -280,22 +315,37 @@ def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
     if not steps.size or np.ptp(steps) <= 0.02 * abs(steps.mean()):
         return ()
     return (
-        f"time steps of {1e3 * steps.min():.6g} to {1e3 * steps.max():.6g} ms read as even steps "
-        f"of {1e3 * steps.mean():.6g} ms",
+        f"time steps of {1e3 * steps.min():.6g} to {1e3 * steps.max():.6g} ms are read as even "
+        f"steps of {1e3 * steps.mean():.6g} ms",
     )
 
 
 def check_increases(source: str, what: str, time: Array) -> None:
-    """Refuse times that do not increase."""
+    """Refuse times that do not increase.
+
+    Parameters
+    ----------
+    source : str
+        Name of the log.
+    what : str
+        Description of the times, for the message.
+    time : (N,) array
+        Times, s.
+
+    Raises
+    ------
+    DataError
+        The times do not increase.
+    """
     back = np.flatnonzero(~(np.diff(time) > 0))
     if back.size:
         row = back[0] + 1
         raise DataError(
             f"{source}: {what} does not increase in data row {row + 1}: after "
             f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. If the clock was set back or another "
-            f"log was appended, cut the log there ({_split()}). If rows are out of order or "
-            "repeated, sort them and remove repetitions. If the time stamps are too coarse, export "
-            "them with more digits, or give sample_period in run.toml.",
+            f"log was appended, cut the log there ({_splitting()}). If rows are out of order or "
+            "repeated, sort the rows and remove repetitions. If the time stamps are too coarse, "
+            "export the log with more digits, or set sample_period in run.toml.",
             code="time",
         )
 
@@ -315,6 +365,11 @@ def check_time(
         First sample and the one after the last of each segment.
     period : float or None
         Given sampling period, s; None if none is given.
+
+    Raises
+    ------
+    DataError
+        The steps are uneven, the period drifts, or it differs from the given period.
     """
     check_increases(source, "time", time)
     steps, tolerance = np.diff(time), MAX_MEAN_STEP_DEVIATION.value
@@ -325,12 +380,12 @@ def check_time(
     odd = (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
     gaps = np.flatnonzero(odd & inside)
     if gaps.size:
-        arrival = "" if _is_rare(gaps.size, len(steps)) else f" {_by_arrival(mean)}"
+        even_remedy = "" if _is_rare(gaps.size, len(steps)) else f" {_arrival_remedy(mean)}"
         raise DataError(
             f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} s, but "
             f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). If samples are "
-            f"missing or the clock jumps, cut the log there ({_split()}). If its times jitter, "
-            f"resample it evenly ({_evenly()}).{arrival}",
+            f"missing or the clock jumps, cut the log there ({_splitting()}). If the times jitter, "
+            f"resample the log evenly ({_resampling()}).{even_remedy}",
             code="uneven-time",
         )
     if period is not None and abs(mean / typical - 1) < tolerance:
@@ -341,35 +396,52 @@ def check_time(
     if not (slow > mean * (1 - tolerance) and fast < mean * (1 + tolerance)):
         raise DataError(
             f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
-            "(the extremes of its median, its mean, and its means over 100 samples), so it is not "
-            f"constant. Resample the log evenly ({_evenly()}). {_by_arrival(mean)}",
+            "(the extremes of the median, the mean, and the means over 100 samples). Resample the "
+            f"log evenly ({_resampling()}). {_arrival_remedy(mean)}",
             code="uneven-time",
         )
 
 
-def _by_arrival(step: float) -> str:
-    """Return the remedy for even samples whose times are arrival times; `step` is the mean, s."""
+def _arrival_remedy(step: float) -> str:
+    """Return the remedy for even samples whose times are arrival times of the rows.
+
+    `step` is the mean time step, s.
+    """
     return (
         "If the drive sampled evenly and the times are only arrival times of the rows, delete the "
-        f"time column and give sample_period in run.toml (the mean step is {step:.6g} s)."
+        f"time column and set sample_period in run.toml (the mean step is {step:.6g} s)."
     )
 
 
 def check_stated(source: str, measured: float, stated: float, uncertainty: float = 0.0) -> None:
-    """Refuse a given sampling period (`stated`, s) that differs from that of the times.
+    """Refuse a given sampling period that differs from the period of the times.
 
-    The period of the times (`measured`, s) has a relative uncertainty.
+    Parameters
+    ----------
+    source : str
+        Name of the log.
+    measured : float
+        Period of the times, s.
+    stated : float
+        Given sampling period, s.
+    uncertainty : float
+        Relative uncertainty of the period of the times.
+
+    Raises
+    ------
+    DataError
+        The periods differ by more than 0.5 % and the uncertainty.
     """
     if not abs(stated / measured - 1) < 0.005 + uncertainty:
         raise DataError(
             f"{source}: sample_period is {stated:g} s, but the time column steps by {measured:g} "
-            "s. Correct one of them (time is in seconds).",
+            "s. Correct sample_period or the time column (times are in seconds).",
             code="time",
         )
 
 
 def check_sample_period(period: object) -> None:
-    """Refuse a sampling period that is no positive number."""
+    """Refuse a sampling period that is not a positive number."""
     if not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
             f"the sampling period is {quoted(period)}. Give a positive number of seconds.",

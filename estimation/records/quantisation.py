@@ -10,7 +10,7 @@ from .record import Record
 
 
 def rounding(values: Array) -> float:
-    """Return a bound of the floating-point rounding errors of values, in their unit."""
+    """Return an upper bound of the rounding errors of floating-point values, in their unit."""
     return 8 * float(np.finfo(float).eps * np.abs(values).max(initial=0.0))
 
 
@@ -18,15 +18,22 @@ def quantisation_step(values: Array, fewest: int = 1) -> float:
     """Return the quantisation step of values, in their unit; 0 if they are not quantised.
 
     The step is the smallest difference of two values, if nearly all small differences are multiples
-    of it. It is 0 as well if fewer than `fewest` small differences can be compared.
+    of it. It is also 0 if fewer than `fewest` small differences can be compared.
+
+    Parameters
+    ----------
+    values : (N,) array
+    fewest : int
+        Smallest number of differences below five steps that show a quantisation.
     """
     differences = np.diff(np.unique(values))
     differences = differences[differences > rounding(values)]
     least = float(differences.min(initial=np.inf))
-    few = differences[differences < 5 * least] / least  # larger multiples are not distinguishable
-    whole = np.abs(few - np.round(few)) < 0.15  # except for rounding to decimals
-    enough = np.isfinite(least) and len(few) >= fewest
-    return least if enough and np.mean(whole) > 0.9 else 0.0
+    # Small differences in steps; larger multiples of a step are not distinguishable.
+    multiples = differences[differences < 5 * least] / least
+    is_whole = np.abs(multiples - np.round(multiples)) < 0.15  # values may be rounded to decimals
+    enough = np.isfinite(least) and len(multiples) >= fewest
+    return least if enough and np.mean(is_whole) > 0.9 else 0.0
 
 
 # largest share of samples at which a rounded velocity changes; more changes show that noise of half
@@ -42,10 +49,11 @@ def position_step(record: Record) -> float:
 
 
 def sensor_steps(axis: GeneratedAxis, record: Record) -> tuple[float, float]:
-    """Return the quantisation steps of position and measured velocity that a law reads, SI.
+    """Return the quantisation steps of the position and of the measured velocity, SI.
 
-    Both are 0 without a law, or for a continuous law. A step is 0 if it is unknown. The step of the
-    velocity is also 0 without a measured velocity, or if noise averages the steps.
+    These are the steps of the values that the control law reads. Both are 0 without a law, or for a
+    continuous law. A step is 0 if it is unknown. The step of the velocity is also 0 without a
+    measured velocity, or if noise averages the steps.
     """
     law, velocity = axis.control, record.velocity
     if law is None or law.continuous:

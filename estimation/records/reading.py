@@ -1,4 +1,4 @@
-"""Reading of a record from the columns of a log: roles, repairs, one clock."""
+"""Reading of a record from a log: columns by role, repairs, and one clock for all columns."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -58,12 +58,12 @@ def read_record(
     Parameters
     ----------
     log : str, Path, dataframe or mapping
-        A file of a format of `axisid.estimation.logs.formats` by its ending (``.mat``,
-        ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag``, ...), the folder of a ROS 2 bag, or
-        delimited text with any other ending, also compressed (``.csv.gz``); or a dataframe, or a
-        mapping of column names to arrays; or a ``run.toml``, which names a log and describes it:
+        A file, whose ending determines its format (``.mat``, ``.parquet``, ``.npz``, ``.mf4``,
+        ``.tdms``, ``.bag``, ..., see `axisid.estimation.logs.formats`); with any other ending
+        delimited text, also compressed (``.csv.gz``). Or the folder of a ROS 2 bag, a dataframe, or
+        a mapping of column names to arrays. Or a ``run.toml``, which names a log and describes it:
         its keys are the arguments of this function and of `Repairs`. Given arguments replace the
-        values of the file.
+        values of the ``run.toml``.
     axis : Axis or GeneratedAxis, optional
         Axis whose `columns` name the columns of its logs; its coordinate and drive determine their
         units.
@@ -80,31 +80,31 @@ def read_record(
     sample_period : float, optional
         Sampling period, s, instead of the mean step of the time column; needed without times.
     windows : iterable of (float or None, float or None) or str, optional
-        First and last time of each window, s, in the log's own time; None for the beginning or end
+        First and last time of each window, s, in the time of the log; None for the beginning or end
         of the log; or a text, ``"2..8.5"``. All other samples are left out before any check. Each
         window is a segment of the record. The whole log by default.
     repairs : Repairs, optional
         Allowed repairs of the data; none by default.
     max_memory : float, optional
-        Largest memory for reading a file, bytes, as far as it is known before; half of the
-        machine's memory by default.
+        Largest memory for reading a file, bytes, as far as the needed memory is known before;
+        half of the machine's memory by default.
 
     Returns
     -------
     Record
-        In SI; `Provenance.assumed`, `doubts` and `repairs` describe how it was read.
+        Record in SI. `assumed`, `doubts` and `repairs` of its `provenance` describe how the log
+        was read.
 
     Raises
     ------
     RunFileError
-        A ``run.toml`` is wrong; the message lists every mistake.
+        A ``run.toml`` has mistakes; the message lists all of them.
     DataError
         The file is missing, malformed or too large, changes while it is read, lacks a column, or
-        needs a repair that is not requested; a window is outside it, or has too few samples.
+        needs a repair that is not requested; a window is outside the log, or has too few samples.
     UsageError
-        A role does not exist, a window is no pair of times or overlaps another, a unit does not
-        suit the role, or a sampling period is given for columns that are resampled by times of
-        their own.
+        An argument has a wrong type, a role does not exist, a window is not a pair of times or
+        overlaps another window, a unit does not suit the role, or the resampling rate is too low.
     """
     if sample_period is not None:
         check_sample_period(sample_period)
@@ -125,6 +125,7 @@ def read_record(
         ),
     )
     if is_run_file(log):
+        # Read the log that the run.toml names, with the arguments that are given or in the file.
         file, arguments = read_run(
             Path(str(log)),
             declared,
@@ -141,7 +142,7 @@ def read_record(
             no_windows = windows is None or (isinstance(windows, tuple) and not windows)
             given = columns or sample_period or injected_at or max_memory or not no_windows
             if given or repairs not in (None, Repairs()):
-                raise  # the cause may be a given argument
+                raise  # the cause may be a given argument, not the file
             raise DataError(str(error), code=error.code) from error
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
@@ -174,12 +175,15 @@ def _record(
 ) -> Record:
     """Return the record of the columns of a log, with the requested repairs.
 
+    The order of the steps is: times of the columns, interpolation between written values, shifts,
+    windows, outliers, jumps by a modulus, clipped samples, and one clock for all columns.
+
     Parameters
     ----------
     table : Table
         The log.
     read : RoleColumns
-        Columns by role, as they are in the log, in SI.
+        Columns of the log by role, in SI, before any repair.
     axis : Axis or None
     period : float or None
         Given sampling period, s.
@@ -189,7 +193,8 @@ def _record(
     room : Room
         Memory that the samples may use.
     """
-    # Times of the columns, interpolation, shifts and windows, in this order.
+    # Times of the columns, interpolation, shifts and windows, in this order. If the columns are
+    # resampled later (`uneven`), their steps may be uneven and their times may differ.
     counted = "time" not in read.samples and all(s.clock is None for s in read.samples.values())
     uneven, split = repairs.resample is not None, repairs.gaps is not None
     columns = retimed(clocked(table, read, period), period, split=split, uneven=uneven)
@@ -234,17 +239,17 @@ def _record(
     times = even.motion.times
     jitter = step_notes([times[a:b] for a, b in even.segments or ((0, len(times)),)])
 
-    def record(of: RoleColumns, **besides: Any) -> Record:
-        """Return the record of columns with common times, and further values of attributes."""
-        time, values = of.motion.times, {role: s.values for role, s in of.samples.items()}
+    def record(common: RoleColumns, **further: Any) -> Record:
+        """Return the record of columns with common times, with further attributes."""
+        time, values = common.motion.times, {role: s.values for role, s in common.samples.items()}
         return Record(
             time=time,
             **{role: values[role] for role in values if role in ROLES},  # type: ignore[arg-type]
             signals={name: values[name] for name in values if name not in ROLES},
             injected_at=read.injected_at,
-            sample_period=of.period,
-            segments=of.segments,
-            masked=runs(np.any([np.zeros(len(time), dtype=bool), *of.masks.values()], axis=0)),
+            sample_period=common.period,
+            segments=common.segments,
+            masked=runs(np.any([np.zeros(len(time), dtype=bool), *common.masks.values()], axis=0)),
             windows=windows,
             provenance=Provenance(
                 source=Path(table.source).name,
@@ -254,10 +259,10 @@ def _record(
                 columns={**read.names},
                 assumed=read.notes,
                 doubts=(*zeros, *unsearched, *jumps, *cut, *seldom, *jitter),
-                repairs=of.repairs,
-                clock=replace(of.clock, counted=counted),
+                repairs=common.repairs,
+                clock=replace(common.clock, counted=counted),
             ),
-            **besides,
+            **further,
         )
 
     # The samples before resampling, which the control law read.

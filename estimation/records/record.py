@@ -1,9 +1,10 @@
 """The record: measured signals, checked once, then read-only; and the clock of the control law.
 
 A time column in another unit, or with a wrong scale, changes every inertia by the square of the
-scale, and shows no other effect in a record without reference. If the axis declares a law, its
-period is compared with that of the log. A log with another period has to be confirmed by the user,
-or the law be declared with a clock of its own. A continuous law has no period.
+scale, and shows no other effect in a record without reference. If the axis declares a control law,
+the period of the law is compared with the period of the log. If the periods differ, the user has to
+confirm the period of the log, or to declare how the law interpolates its reference between the
+samples of the log. A continuous law has no period.
 """
 
 import hashlib
@@ -46,7 +47,7 @@ from .segments import (
 )
 from .shifts_and_interpolation import Rows, check_movable, checked_shifts, shifted_rows
 
-#: Mark of a file that a record was written to.
+#: First word of the description in a log that `Record.write` writes.
 MARK = "axisid.record/1"
 
 
@@ -63,11 +64,12 @@ class Record(Presentable, Exact):
         segment from the reference at its start or from 0; only an axis whose model does not depend
         on the position can use it.
     velocity : (N,) array or None
-        Measured velocity, m/s or rad/s; used instead of the differentiated position.
+        Measured velocity, m/s or rad/s; used instead of the differentiated position. None if it was
+        not recorded; the same applies to the columns below.
     acceleration : (N,) array or None
         Measured acceleration, m/s^2 or rad/s^2; used instead of the differentiated velocity.
     reference : (N,) array or None
-        Commanded position; instrumental variables need it.
+        Commanded position, m or rad; instrumental variables need it.
     control : (N,) array or None
         Control signal in the drive's unit.
     force : (N,) array or None
@@ -75,7 +77,8 @@ class Record(Presentable, Exact):
     injected : (N,) array or None
         Test signal that was added in the loop, in the unit of the signal that it was added to.
     injected_at : str or None
-        Injection point: ``control``, between the law and the drive's limit, or ``reference``.
+        Injection point: ``control``, between the law and the drive's limit, or ``reference``. None
+        without a test signal.
     signals : mapping of str to (N,) array
         Recorded signals that an axis declares, by name.
     sample_period : float or None
@@ -85,7 +88,7 @@ class Record(Presentable, Exact):
     segments : tuple of (int, int)
         First sample and the one after the last of each piece without gaps; empty for one piece.
     masked : tuple of (int, int)
-        First sample and the one after the last of each piece that is no measurement (clipped).
+        First sample and the one after the last of each piece that is not a measurement (clipped).
     windows : tuple of (float, float)
         First and last time, s, of each part of a log; empty for the whole log.
     around : mapping of str to Samples
@@ -96,7 +99,7 @@ class Record(Presentable, Exact):
         True if the position is the integral of the velocity; set if no position is given.
     sampled : Record or None
         Rows of a resampled record before resampling, if its columns have one clock and no gaps:
-        these are the values that the control law read.
+        these are the values that the control law read. None otherwise.
 
     Raises
     ------
@@ -128,31 +131,31 @@ class Record(Presentable, Exact):
         name, injected = self._name(), self.injected is not None
         if self.sample_period is not None:
             check_sample_period(self.sample_period)
+        # Check the columns one by one, then keep them read-only.
         columns = {role: checked_column(name, role, v) for role, v in self.channels().items()}
         check_lengths(name, columns)
+        around = {
+            role: Samples(values=frozen(s.values), clock=frozen(s.times))
+            for role, s in self.around.items()
+        }
         settle(
             self,
             **{role: values for role, values in columns.items() if role in ROLES},
             signals=FrozenMapping({each: columns[each] for each in self.signals}),
             injected_at=self.injected_at if injected else None,
-            around=FrozenMapping(
-                {
-                    role: Samples(values=frozen(s.values), clock=frozen(s.times))
-                    for role, s in self.around.items()
-                }
-            ),
+            around=FrozenMapping(around),
             segments=checked_spans(name, "segments", self.segments),
             masked=checked_spans(name, "masked", self.masked),
         )
         check_spans(name, self.time, self.segments, self.masked)
         check_time(name, self.time, self.spans, self.sample_period)
         if self.integrated:
-            there = np.size(self.position) == len(self)
-            settle(self, position=frozen(self.position if there else self._integral()))
-        # A test signal alone may move the axis.
-        still = ("time", "injected", "reference") if injected else ("time",)
+            has_integral = np.size(self.position) == len(self)
+            settle(self, position=frozen(self.position if has_integral else self._integral()))
+        # Refuse a constant column. The reference may be constant if a test signal moves the axis.
+        unchecked = ("time", "injected", "reference") if injected else ("time",)
         for role, values in columns.items():
-            if role in ROLES and role not in still and values.min() == values.max():
+            if role in ROLES and role not in unchecked and values.min() == values.max():
                 raise DataError(
                     f"{name}: the {role} is {values[0]:g} in every row, so it has no information "
                     f"about the axis. Check the {role} column, or record a motion.",
@@ -171,7 +174,7 @@ class Record(Presentable, Exact):
 
     @property
     def size(self) -> str:
-        """Number of samples and sampling period as a text."""
+        """Number of samples and sampling period as a text, with the number of segments."""
         pieces = f" in {len(self.segments)} segments" if self.segments else ""
         return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
 
@@ -196,7 +199,7 @@ class Record(Presentable, Exact):
     def longest(self) -> "Record":
         """Return the longest segment as a record; the record itself if it has one piece."""
         longest = max(self.spans, key=lambda span: span[1] - span[0])
-        return self._of([longest]) if self.segments else self
+        return self._with_pieces([longest]) if self.segments else self
 
     def windowed(self, *windows: tuple[float | None, float | None]) -> "Record":
         """Return the record within windows of time, each of which is a segment.
@@ -217,25 +220,26 @@ class Record(Presentable, Exact):
         Raises
         ------
         UsageError
-            A window is no pair of times, or two overlap.
+            A window is not a pair of times, or two windows overlap.
         DataError
-            A window is outside the record, or holds less than three samples.
+            A window is outside the record, or has fewer than three samples.
         """
         wanted = checked_windows(windows)
         if not wanted:
             return self
         spans = samples_within(self._name(), self.time, wanted, MIN_RECORD_SAMPLES.value)
+        # Each window is divided at the gaps of the record; pieces that are too short are left out.
         pieces = [
             (max(a, start), min(b, stop))
             for start, stop in spans
             for a, b in self.spans
             if min(b, stop) - max(a, start) >= MIN_RECORD_SAMPLES.value
         ]
-        return self._of(
+        return self._with_pieces(
             pieces,
             windows=reaching(wanted, float(self.time[0]), float(self.time[-1])),
             around={r: Samples(values=v, clock=self.time) for r, v in self.channels().items()},
-            provenance=self._repaired(window_repair(wanted, spans, len(self))),
+            provenance=self._provenance_with(window_repair(wanted, spans, len(self))),
         )
 
     def shifted(self, **shifts: float | str) -> "Record":
@@ -244,7 +248,9 @@ class Record(Presentable, Exact):
         Parameters
         ----------
         **shifts : int, float or str
-            Whole samples by role, or a time with its unit: ``control=1``, ``reference="-2ms"``.
+            Shifts by role, or by name of a recorded signal: a whole number of samples, or a time
+            with its unit that is a whole number of samples, as in ``control=1`` and
+            ``reference="-2ms"``. A negative shift is to earlier times.
 
         Returns
         -------
@@ -254,13 +260,17 @@ class Record(Presentable, Exact):
         Raises
         ------
         UsageError
-            A role cannot be shifted, or the amount is no whole number of samples.
+            The time is to be shifted, or a shift is not a whole number of samples.
+        DataError
+            There is no column of a given role or name.
         """
-        wanted = checked_shifts(shifts)  # of roles, and of signals by name
+        wanted = checked_shifts(shifts)
         check_movable(self._name(), self.channels(), wanted)
-        kept, places, repairs = shifted_rows(self._name(), self.time, wanted)
+        kept, counterparts, repairs = shifted_rows(self._name(), self.time, wanted)
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
-        return self._taken(kept, lengths, places, provenance=self._repaired(*repairs))
+        return self._with_rows(
+            kept, lengths, counterparts, provenance=self._provenance_with(*repairs)
+        )
 
     def write(self, file: str | Path, axis: Axis | GeneratedAxis) -> Path:
         """Write the record as a log that `read_record` reads back unchanged.
@@ -273,26 +283,29 @@ class Record(Presentable, Exact):
         Parameters
         ----------
         file : str or Path
-            Ends in ``.csv``, ``.parquet`` (needs pyarrow) or ``.npz``; written whole or not at all.
+            Path of the log, which ends in ``.csv``, ``.parquet`` (needs pyarrow) or ``.npz``. If
+            writing fails, no file is left behind.
         axis : Axis or GeneratedAxis
             Axis with the names and units of the columns.
 
         Returns
         -------
         Path
+            Path of the log.
 
         Raises
         ------
         UsageError
-            The ending is another one, or the file cannot be written.
+            The ending is not one of these, or the file cannot be written.
         ModelError
-            The axis names a column in a way that is not possible in a header.
+            The axis declares a column name that is not possible in a header.
         DataError
             pyarrow is not installed.
         """
         if not isinstance(file, (str, Path)):
             raise UsageError(
-                f"the file is {quoted(file)}. Give its name, a text or a Path.", code="twin"
+                f"the file is {quoted(file)}. Give the path of the file as a text or a Path.",
+                code="twin",
             )
         path, declared = Path(file), as_declared(axis)
         if declared is None:
@@ -303,40 +316,55 @@ class Record(Presentable, Exact):
             )
         return write_file(path, log_content(self.channels(), declared, MARK, self._name(), path))
 
-    def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
-        """Return the record of some pieces, each a segment, with `changed` values of attributes.
+    def _with_pieces(self, pieces: Sequence[Span], **changed: Any) -> "Record":
+        """Return the record reduced to some pieces, each of which becomes a segment.
 
-        A piece is its first sample and the one after its last.
+        Parameters
+        ----------
+        pieces : sequence of (int, int)
+            First sample and the one after the last of each piece.
+        **changed
+            New values of further attributes.
         """
         rows = np.flatnonzero(mask_of(pieces, len(self)))
-        return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
+        return self._with_rows(rows, [b - a for a, b in pieces], {}, **changed)
 
-    def _taken(
+    def _with_rows(
         self, rows: Rows, lengths: Sequence[int], rows_by_role: Mapping[str, Rows], **changed: Any
     ) -> "Record":
-        """Return the record of given rows, (n,), in segments of given lengths.
+        """Return the record reduced to some rows.
 
-        `rows_by_role` gives other rows, (n,), for the columns that are shifted. A sample is masked
-        if any of its values was masked. `changed` are new values of attributes.
+        A sample is masked if any of its values was masked.
+
+        Parameters
+        ----------
+        rows : (n,) array of int
+            Rows that are kept.
+        lengths : sequence of int
+            Number of kept rows in each segment.
+        rows_by_role : mapping of str to (n,) array of int
+            Rows of the columns that are shifted, by role, instead of `rows`.
+        **changed
+            New values of further attributes.
         """
         columns = {role: v[rows_by_role.get(role, rows)] for role, v in self.channels().items()}
         masked = mask_of(self.masked, len(self))
+        masked_rows = [masked[column_rows] for column_rows in (rows, *rows_by_role.values())]
+        # An integrated position is not among the columns: it is integrated again.
         return self.with_channels(
             {"position": np.empty(0), **columns},
             segments=adjoining(lengths),
-            masked=runs(
-                np.any([masked[places] for places in (rows, *rows_by_role.values())], axis=0)
-            ),
+            masked=runs(np.any(masked_rows, axis=0)),
             **changed,
         )
 
-    def _repaired(self, *repairs: Repair) -> Provenance:
+    def _provenance_with(self, *repairs: Repair) -> Provenance:
         """Return the provenance of the record with further repairs."""
         return replace(self.provenance, repairs=(*self.provenance.repairs, *repairs))
 
     @property
     def commanded(self) -> Array | None:
-        """The reference that the law follows, including a test signal added to it, (N,).
+        """Reference that the law follows, including a test signal added to it, (N,).
 
         None if the record has no reference.
         """
@@ -346,7 +374,7 @@ class Record(Presentable, Exact):
 
     @property
     def added_control(self) -> Array | None:
-        """The test signal added to the control, in the drive's unit, (N,).
+        """Test signal added to the control, in the drive's unit, (N,).
 
         None if there is no test signal, or if it was added to the reference.
         """
@@ -356,18 +384,24 @@ class Record(Presentable, Exact):
         return len(self.time)
 
     def channels(self) -> dict[str, Array]:
-        """Return the columns by role, and the recorded signals by name.
+        """Return the recorded columns by role or name of a signal, (N,) each.
 
-        An integrated position is not among them.
+        A position that is integrated from the velocity is not among them.
         """
         roles = {r: getattr(self, r) for r in ROLES if not (self.integrated and r == "position")}
         return {**{r: v for r, v in roles.items() if v is not None}, **self.signals}
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
-        """Return the record with all columns replaced, and `changed` values of attributes.
+        """Return the record with all columns replaced.
 
-        `columns` has the new columns by role or name, as in `channels`. The samples before
-        resampling (`sampled`) are dropped.
+        The samples before resampling (`sampled`) are dropped.
+
+        Parameters
+        ----------
+        columns : mapping of str to (n,) array
+            New columns by role or name of a signal, as in `channels`.
+        **changed
+            New values of further attributes.
         """
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
         roles["signals"] = {name: columns[name] for name in self.signals}
@@ -410,19 +444,26 @@ class Record(Presentable, Exact):
             before=f"{self._name()}: ",
             code="missing-column",
         )
-        unnamed = "" if isinstance(self.signals, Mapping) else quoted(self.signals)
-        taken = next((name for name in self.signals if name in ROLES), "") if not unnamed else ""
+        # Signals that are not a mapping, or a signal with the name of a role; empty for none.
+        no_mapping = "" if isinstance(self.signals, Mapping) else quoted(self.signals)
+        names = () if no_mapping else self.signals
+        role_name = next((name for name in names if name in ROLES), "")
         refuse(
             UsageError,
             (
-                unnamed,
-                f"the signals are {unnamed}. Give arrays by name, such as {{'pressure': values}}",
+                no_mapping,
+                f"the signals are {no_mapping}. Give arrays by name, such as "
+                "{'pressure': values}",
                 "record",
             ),
-            (taken, f"{taken!r} is the name of a column. Rename the signal", "record"),
+            (
+                role_name,
+                f"the signal {role_name!r} has the name of a column. Rename the signal",
+                "record",
+            ),
             (
                 self.injected is not None and self.injected_at not in INJECTION_POINTS,
-                f"the injected signal is added to {self.injected_at!r}. Give "
+                f"the injection point of the test signal is {self.injected_at!r}. Set "
                 'injected_at = "control" or injected_at = "reference" in run.toml',
                 "test-signal",
             ),
@@ -432,9 +473,9 @@ class Record(Presentable, Exact):
             settle(self, position=np.empty(0), integrated=True)
 
     def _integral(self) -> Array:
-        """Return the integral of the velocity by trapezoids, m or rad, (N,).
+        """Return the position as the integral of the velocity by trapezoids, m or rad, (N,).
 
-        Each segment starts at its first reference, or at 0 without a reference.
+        The position of each segment starts at its first reference, or at 0 without a reference.
         """
         velocity, position = np.asarray(self.velocity), np.zeros(len(self))
         for start, stop in self.spans:
@@ -446,7 +487,7 @@ class Record(Presentable, Exact):
 
 
 def check_record(record: object) -> None:
-    """Refuse an argument that is no record, such as the name of a file."""
+    """Refuse an argument that is not a `Record`, such as the name of a file."""
     if not isinstance(record, Record):
         raise UsageError(
             f"the record is {quoted(record)}. Read a record with read_record(path, axis).",
@@ -464,20 +505,26 @@ def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
 
 
 def checked_column(source: str, role: str, values: ArrayLike) -> Array:
-    """Return a column as a frozen array of finite numbers, (N,)."""
+    """Return a column as a read-only array of finite numbers, (N,).
+
+    Raises
+    ------
+    DataError
+        The values are not numeric, have another shape, or are not finite or too large.
+    """
     column = frozen(real_array(values, f"{source}: the {role}", DataError))
     if column.ndim != 1:
         raise DataError(
-            f"{source}: the {role} has the shape {column.shape}. Give one row of numbers.",
+            f"{source}: the {role} has the shape {column.shape}. Give a one-dimensional array.",
             code="record",
         )
     largest = LARGEST_VALUE.value
     bad = np.flatnonzero(~(np.abs(column) <= largest))
     if bad.size:
         raise DataError(
-            f"{source}: the {role} is {column[bad[0]]:g} in data row {bad[0] + 1} ({bad.size} such "
-            f"rows). Values must be finite and at most {largest:g}. Remove such rows, or repair "
-            "the log.",
+            f"{source}: the {role} is {column[bad[0]]:g} in data row {bad[0] + 1}. Values must be "
+            f"finite and at most {largest:g}, but {bad.size} of {len(column)} rows have other "
+            "values. Remove these rows, or repair the log.",
             code="not-finite",
         )
     return column
@@ -492,7 +539,7 @@ def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
         DataError,
         (
             len({*lengths.values()}) > 1,
-            f"the columns differ in length: {listed}. Give one value of each column per time",
+            f"the columns differ in length: {listed}. Give one value per time in each column",
             "record",
         ),
         (
@@ -515,7 +562,7 @@ class OtherPeriod(Finding):
     law_period : float
         Period of the control law, s.
     kept : int or None
-        Number of periods of the law in one period of the log; None if it is no whole number.
+        Number of periods of the law in one period of the log; None if it is not a whole number.
     is_given : bool
         True if the user gave the period of a log without times, so that nothing confirms it.
     """
@@ -528,7 +575,7 @@ class OtherPeriod(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawClock:
-    """Sampling of a record relative to the control law of its axis.
+    """Sampling period of a record relative to the period of the control law of its axis.
 
     Attributes
     ----------
@@ -539,9 +586,10 @@ class LawClock:
     resampled : bool
         True if the record has other samples than its log.
     other : OtherPeriod or None
-        Period of the log, if it differs from that of the law and nothing confirms it.
+        The finding that the log has another period than the law, if nothing confirms the
+        difference; None otherwise.
     confirmed : str
-        Text on the different periods, if the user or the law confirms them.
+        Text on the different periods, if the user or the law confirms them; otherwise empty.
     """
 
     ratio: float | None
@@ -572,7 +620,9 @@ def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
 
 
 def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
-    """Return the sampling of a record relative to the control law, see `LawClock`.
+    """Return the sampling period of a record relative to the control law, see `LawClock`.
+
+    `law` is None for an axis without a declared control law.
 
     Different periods are confirmed by a given `Record.sample_period`, or by a law that declares the
     interpolation of its reference between the samples of a log. Without a confirmation,
@@ -586,7 +636,7 @@ def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
             pieces = [record.time[start:stop] for start, stop in record.spans]
             uncertainty = period_uncertainty(pieces)
         clock = PeriodSource(uncertainty=uncertainty)
-    # The period of the log; that of the record differs from it after resampling.
+    # The period of the log, from which the period of a resampled record may differ.
     logged, resampled = clock.step * period, clock.step != 1
     if law is None or law.continuous:
         return LawClock(ratio=1.0, resampled=resampled)
@@ -595,15 +645,17 @@ def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
     if is_same_period(logged, law.period, clock.uncertainty):
         return LawClock(ratio=ratio, resampled=resampled)
     sentence = (
-        f"the record is sampled every {logged:.6g} s, the control law runs every {law.period:.6g} s"
+        f"the record is sampled every {logged:.6g} s, and the control law runs every "
+        f"{law.period:.6g} s"
     )
     if law.reference_between or (stated and not clock.counted):
-        whose = "declared" if law.reference_between else "confirmed by sample_period"
+        confirming = "the declaration" if law.reference_between else "sample_period"
         return LawClock(
             ratio=ratio if resampled else period / law.period,
             resampled=resampled,
-            confirmed=f"{sentence}, as {whose}",
+            confirmed=f"{sentence}, which {confirming} confirms",
         )
+    # Not confirmed: a log may have every n-th sample of the law.
     count = round(logged / law.period)
     decimated = 2 <= count <= 1000 and is_same_period(logged / law.period, count)
     other = OtherPeriod(

@@ -1,4 +1,4 @@
-"""Resample columns to one even grid: splines for the motion, straight lines for the force."""
+"""Resampling of columns to one even grid: splines for the motion, straight lines for the force."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ from .clocks import check_increases, check_stated, long_steps
 from .segments import adjoining, gaps_repair
 from .shifts_and_interpolation import Interpolation, at_times
 
-_FEWEST = 4  # samples, for a spline
+_FEWEST = 4  # smallest number of samples for a spline
 
 
 def resample(
@@ -47,29 +47,30 @@ def resample(
     stated : float, optional
         Sampling period of the position that the user gave, s, instead of its mean step.
     between : mapping of str to {"spline", "linear", "held"}
-        Interpolation of columns by role: straight lines by default, and splines for position,
-        velocity, reference and a test signal that was added to the reference.
+        Interpolation of columns by role. By default splines for position, velocity, reference and a
+        test signal that was added to the reference, and straight lines for other columns.
     edges : sequence of float
         Times between windows, s, at which the log is always cut.
 
     Raises
     ------
     UsageError
-        The rate is lower than that of the position.
+        The rate is lower than that of the position, or gives too many rows.
     DataError
-        Time does not increase, has gaps and `split` is False, or has another period than stated; or
-        the columns do not overlap.
+        A column has too few rows, the time does not increase, has gaps and `split` is False, or has
+        another period than stated; or the columns do not overlap.
     """
     source, samples = columns.source, columns.samples
     for role, s in samples.items():
         if len(s.values) < _FEWEST:
             raise DataError(
-                f"{source}: the {role} cannot be resampled: it has too few rows, or no times.",
+                f"{source}: the {role} has {len(s.values)} rows with a number and a time, too few "
+                f"to resample the log. Give a longer log or window, with {_FEWEST} rows or more.",
                 code="too-short",
             )
         check_increases(source, f"the time of the {role}", s.times)
     clocks = {role: s.times for role, s in samples.items()}
-    # The rate of the grid, from the period of the position (or else velocity).
+    # The rate of the grid, from the period of the position, or of the velocity without a position.
     moving = motion_role(samples)
     period, uncertainty = own_period(clocks[moving])
     if stated is not None:
@@ -82,26 +83,26 @@ def resample(
         (
             chosen < 0.9 * recorded,
             f"the {moving} is sampled at {recorded:.6g} Hz. Resampling at {chosen:g} Hz would "
-            f"alias its noise. Resample at {recorded:.6g} Hz or more; to keep fewer rows, increase "
+            f"alias the noise. Resample at {recorded:.6g} Hz or more. To keep fewer rows, increase "
             "the decimation",
         ),
         (
             rows > 1e8,
-            f"the log would have {rows:.2g} rows at {chosen:g} Hz. Give a lower rate (the "
-            f"{moving} is sampled at {recorded:.6g} Hz)",
+            f"the log would have {rows:.2g} rows at {chosen:g} Hz, but 1e8 rows are the maximum. "
+            f"Give a lower rate (the {moving} is sampled at {recorded:.6g} Hz)",
         ),
         before=f"{source}: ",
         code="resampling",
     )
     # One grid for each piece of time that all columns cover.
-    covered = _common([_pieces(clock, edges) for clock in clocks.values()])
+    covered = _common_intervals([_pieces(clock, edges) for clock in clocks.values()])
     step = 1 / chosen
     counts = [np.floor((b - a) / step * (1 + 1e-12) + 1e-6) + 1 for a, b in covered]
     grids = [a + step * np.arange(n) for (a, _), n in zip(covered, counts, strict=True)]
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
         raise DataError(
-            f"{source}: the times of the columns do not overlap. Check their clocks.",
+            f"{source}: the times of the columns do not overlap. Check the clocks of the columns.",
             code="resampling",
         )
     gaps = [
@@ -111,29 +112,31 @@ def resample(
     ]
     if gaps and not split:
         raise DataError(
-            f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s, where the "
-            f"motion is unknown. Cut the log there: {setting('gaps', 'split')}.",
+            f"{source}: the time has {len(gaps)} {'gap' if len(gaps) == 1 else 'gaps'}, the first "
+            f"after {gaps[0][0]:.9g} s. The motion within a gap is unknown. Cut the log there: "
+            f"{setting('gaps', 'split')}.",
             code="uneven-time",
         )
     # Interpolation of each column on the grids.
     splined = {"position", "velocity", "reference"}
     splined |= {"injected"} if columns.injected_at == "reference" else set()
-    hows: dict[str, Interpolation] = {
+    interpolations: dict[str, Interpolation] = {
         role: (between or {}).get(role, "spline" if role in splined else "linear")
         for role in samples
     }
     time = np.concatenate([grid for _, grid in kept])
     values = {
         role: np.concatenate(
-            [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
+            [_on_grid(grid, piece, clocks[role], s, interpolations[role]) for piece, grid in kept]
         )
         for role, s in samples.items()
     }
+    # A sample is masked if it lies next to a masked sample.
     masks = {
         r: np.interp(time, clocks[r], np.asarray(m, float)) > 0 for r, m in columns.masks.items()
     }
     # Repairs that report the resampling, and the gaps.
-    repairs = [*columns.repairs, _resample_repair(clocks, time, chosen, hows)]
+    repairs = [*columns.repairs, _resample_repair(clocks, time, chosen, interpolations)]
     if split:
         lost = sum(after - before - period for before, after in gaps)
         repairs.append(
@@ -164,11 +167,11 @@ def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, f
     return [(float(piece[0]), float(piece[-1])) for piece in pieces if len(piece)]
 
 
-def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
+def _common_intervals(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
     """Return the first and last time, s, of each interval that all columns cover.
 
     `lists` has the pieces of each column. A common interval begins at a start at which as many
-    pieces are open as there are columns, and ends at the next end of a piece.
+    pieces have begun and not ended as there are columns. It ends at the next end of a piece.
     """
     starts, stops = (np.sort([piece[end] for each in lists for piece in each]) for end in (0, 1))
     ended = np.searchsorted(stops, starts, "right")
@@ -176,10 +179,12 @@ def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, flo
     return [*zip(starts[begin].tolist(), stops[ended[begin]].tolist(), strict=True)]
 
 
-def _onto(
+def _on_grid(
     grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, how: Interpolation
 ) -> Array:
-    """Return a column interpolated at the times of a grid, from its samples in and next to a piece.
+    """Return a column interpolated at the times of a grid, (n,).
+
+    The samples within a piece and the neighbouring sample on each side are used.
 
     Parameters
     ----------
@@ -201,7 +206,10 @@ def _onto(
 
 
 def _resample_repair(
-    clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Interpolation]
+    clocks: Mapping[str, Array],
+    time: Array,
+    rate: float,
+    interpolations: Mapping[str, Interpolation],
 ) -> Repair:
     """Return the repair that reports the resampling of columns.
 
@@ -213,22 +221,24 @@ def _resample_repair(
         Times after resampling, s.
     rate : float
         Rate after resampling, Hz.
-    hows : mapping of str to {"spline", "linear", "held"}
+    interpolations : mapping of str to {"spline", "linear", "held"}
         Interpolation by role.
     """
-    ways = {"spline": "by cubic splines", "linear": "by straight lines", "held": "held"}
-    by_way = {
-        phrase: ", ".join(r for r, h in hows.items() if h == way) for way, phrase in ways.items()
-    }
-    how = ", ".join(f"{roles} {phrase}" for phrase, roles in by_way.items() if roles)
-    taken = ", ".join(
+    phrases = {"spline": "by cubic splines", "linear": "by straight lines", "held": "held"}
+    used = []  # "position, velocity by cubic splines"
+    for way, phrase in phrases.items():
+        roles = ", ".join(role for role, chosen in interpolations.items() if chosen == way)
+        if roles:
+            used.append(f"{roles} {phrase}")
+    recorded = ", ".join(
         f"{role} {len(clock)} rows at {1 / float(np.median(np.diff(clock))):.6g} Hz"
         for role, clock in clocks.items()
     )
     return Repair(
         kind="resample",
         count=len(time),
-        text=f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})",
+        text=f"the columns are resampled at {rate:.6g} Hz to {len(time)} rows, {', '.join(used)}, "
+        f"without a low-pass (recorded: {recorded})",
     )
 
 
@@ -236,7 +246,7 @@ def own_period(clock: Array) -> tuple[float, float]:
     """Return the sampling period of an uneven clock, s, and its relative uncertainty.
 
     It is the period at which the times of the longest piece have the same phase, for any number of
-    lost samples. If jitter hides it, the period is the mean step.
+    lost samples. If jitter hides this period, the mean step is returned.
     """
     steps = np.diff(clock)
     typical = float(np.median(steps))
@@ -253,14 +263,15 @@ def own_period(clock: Array) -> tuple[float, float]:
 def _in_phase(time: Array, guess: float) -> float | None:
     """Return the period near a guess, s, at which all times have about the same phase.
 
-    None if no period does. A first part of the times is searched; the rate (1/period) is then
-    refined with more and more of them, and finally by the slope of the phase.
+    None if there is no such period. A first part of the times is searched on a grid of rates
+    (1/period). The rate is then refined with more and more of the times, and finally by the slope
+    of the phase.
     """
     time, count = time - time[0], min(1024, len(time))
     rate, reach = 1 / guess, 0.25 / guess
     while True:
         some = time[:count]
-        step = 0.25 / float(some[-1])  # a quarter of a turn over all
+        step = 0.25 / float(some[-1])  # changes the phase of the last time by a quarter of a turn
         rates = rate + step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
         sums = np.abs([np.exp(2j * np.pi * r * some).sum() for r in rates])
         # Measured, 3.5 is the largest of a thousand such sums of random phases.

@@ -1,6 +1,6 @@
-"""Repairs of a log, and its run.toml, which is read, or written as a first draft.
+"""Repairs of a log, and the run.toml of a log, which is read or written as a first draft.
 
-A repair is made on request only, and reported with its number.
+A repair is made on request only, and is reported with the number of changed samples.
 """
 
 import math
@@ -28,6 +28,7 @@ from axisid.support.errors import DataError, RunFileError, UsageError
 from axisid.support.files import toml_text
 from axisid.support.mappings import FrozenMapping
 from axisid.support.memory import room_for
+from axisid.support.settings import setting
 from axisid.support.wording import quoted
 
 from .clocks import check_sample_period
@@ -38,7 +39,7 @@ from .wrapping import Modulus
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repairs:
-    """Repairs of a log that is not a valid record as recorded.
+    """Repairs of a log that is not a valid record as recorded; none by default.
 
     Attributes
     ----------
@@ -47,20 +48,20 @@ class Repairs:
     gaps : {"split"} or None
         Cut the log where samples are missing; each piece is filtered and simulated separately.
     wrap : str, float, mapping of str to either, or None
-        Modulus after which a position restarts, with a unit (``360:deg``), or in the column's own
-        numbers. By role, moduli of other columns (``{"control": 65536}``, ``"control=65536"``)
+        Modulus after which a position restarts, with a unit (``360:deg``), or as a number as in the
+        column. By role, moduli of other columns (``{"control": 65536}``, ``"control=65536"``)
         whose numbers were written without their sign, so that -1 is the modulus minus 1.
     mask : {"clipped"} or None
         Leave out samples of the control or the force that the limit of the drive or of a recorder
         has clipped, with all rows whose filters reach them.
     tail : {"drop"} or None
-        Leave out lines at the end of a text file that are no rows: a truncated line, or a footer.
+        Leave out lines at the end of a text file that are not rows: a truncated line, or a footer.
     shift : mapping of str to int, float or str
-        Shift of a column to later times relative to the others, by role: samples, or a time with
+        Shift of a column to later times relative to other columns, by role: samples, or a time with
         its unit (``"2ms"``). A shift by parts of a sample needs `resample`.
     between : mapping of str to {"spline", "linear", "held"}
         Interpolation by role of a measured velocity, acceleration or force that is written only in
-        every few samples; the others are empty, or have the last value again.
+        every few samples; other samples are empty, or have the last value again.
 
     Raises
     ------
@@ -80,12 +81,12 @@ class Repairs:
         rate = self.resample
         if rate not in ("auto", None) and not (is_real(rate) and 0 < rate < math.inf):
             raise UsageError(f"the resampling rate is {quoted(rate)}. Give a rate in Hz, or auto.")
-        ways = (
+        choices = (
             ("repair of gaps", self.gaps, ("split",)),
             ("mask", self.mask, ("clipped",)),
             ("repair of the end of the log", self.tail, ("drop",)),
         )
-        check_among(*(row for row in ways if row[1] is not None))
+        check_among(*(row for row in choices if row[1] is not None))
         settle(
             self,
             wrap=FrozenMapping(self.wrap) if isinstance(self.wrap, Mapping) else self.wrap,
@@ -102,14 +103,14 @@ class Repairs:
         ----------
         axis : Axis or None
         scales : mapping of str to Scale, optional
-            Scales from the column's own numbers to SI by role, if these differ. A modulus without a
-            unit is in the column's own numbers.
+            Scales from the numbers of the log to SI by role, if these differ. A modulus without a
+            unit is a number as in the column.
 
         Raises
         ------
         UsageError
-            A modulus is no positive number, has another unit than its column, or its column cannot
-            be wrapped.
+            A modulus is not a positive number, has another unit than its column, or its column
+            cannot be wrapped.
         """
         given = self.wrap
         if isinstance(given, str) and "=" in given:
@@ -127,7 +128,13 @@ class Repairs:
 def _modulus(role: str, text: str, axis: Axis | None, scale: Scale) -> Modulus:
     """Return the modulus of a column from its text, such as ``360:deg``.
 
-    Without a unit the number is in the column's own numbers, which `scale` converts to SI.
+    A modulus without a unit is a number as in the column, which `scale` converts to SI.
+
+    Raises
+    ------
+    UsageError
+        The modulus is not a positive number, has another unit than the column, or the column cannot
+        be wrapped.
     """
     number, _, unit = text.partition(":")
     size = math.nan
@@ -136,9 +143,15 @@ def _modulus(role: str, text: str, axis: Axis | None, scale: Scale) -> Modulus:
     refuse(
         UsageError,
         (
-            role in ("time", "reference"),
-            f"wrap does not apply to the {role} alone. The reference is unwrapped with the "
-            "position, and a time that restarts is cut with gaps",
+            role == "time",
+            "wrap does not apply to the time. Cut a log whose time restarts "
+            f"({setting('gaps', 'split')})",
+            "wrap",
+        ),
+        (
+            role == "reference",
+            "wrap does not apply to the reference alone. Set wrap for the position, with which the "
+            "reference is unwrapped",
             "wrap",
         ),
         (
@@ -161,7 +174,10 @@ def is_run_file(log: object) -> bool:
 
 
 def log_of(file: str | Path) -> Path:
-    """Return the log that a run.toml names, if it can be read; any other file unchanged."""
+    """Return the path of the log that a run.toml names; any other path unchanged.
+
+    The path of a run.toml that cannot be read, or that names no log, is also returned unchanged.
+    """
     with suppress(RunFileError):
         named = toml_document(Path(file), RunFileError).get("log") if is_run_file(file) else None
         if isinstance(named, str) and "\0" not in named:  # no path has a NUL
@@ -177,82 +193,106 @@ def read_run(
     repairs: Repairs,
     **given: Any,
 ) -> tuple[Path, dict[str, Any]]:
-    """Return the log that a run.toml names, and arguments of `read_record` for it.
+    """Return the path of the log that a run.toml names, and the arguments of `read_record`.
 
     Parameters
     ----------
     file : Path
+        Path of the run.toml.
     axis : Axis or None
-        Axis whose signals are further roles.
+        Axis whose signals are further roles; None if it is unknown.
     columns : mapping
-        Columns by role that replace those of the file.
+        Given columns by role, which replace the columns in the file.
     repairs : Repairs
-        Repairs that replace those of the file.
+        Given repairs, which replace the repairs in the file.
     **given
-        Further arguments of `read_record` that replace those of the file.
+        Further given arguments of `read_record`, which replace the values in the file; None or an
+        empty tuple or mapping replaces nothing.
 
     Raises
     ------
     RunFileError
         The file cannot be read, or has mistakes, which are all listed.
     """
-    log, said = read_toml(file, partial(_said, file.parent, axis), RunFileError)
-    asked = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}
-    said |= {
+    log, arguments = read_toml(file, partial(_log_and_values, file.parent, axis), RunFileError)
+    given_repairs = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}
+    arguments |= {
         key: value
-        for key, value in {**given, **asked}.items()
+        for key, value in {**given, **given_repairs}.items()
         if value is not None and (value or not isinstance(value, (tuple, Mapping)))
     }
-    chosen = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
+    chosen = {key: arguments.pop(key) for key in [*arguments] if LOG_KEYS[key].is_repair}
     return log, {
-        **said,
-        "columns": {**said.get("columns", {}), **columns},
+        **arguments,
+        "columns": {**arguments.get("columns", {}), **columns},
         "repairs": Repairs(**chosen),
     }
 
 
-def _said(folder: Path, axis: Axis | None, table: TomlTable) -> tuple[Path, dict[str, Any]] | None:
-    """Return the path of the log and the values of the keys of a run.toml; None for a wrong path.
+def _log_and_values(
+    folder: Path, axis: Axis | None, table: TomlTable
+) -> tuple[Path, dict[str, Any]] | None:
+    """Return the path of the log and the values of the other keys of a run.toml.
 
-    Mistakes are collected in `table`. `folder` is the folder of the file.
+    None if the path of the log is missing or wrong. Mistakes are collected in `table`.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.toml.
+    axis : Axis or None
+        Axis whose signals are further roles; None if it is unknown.
+    table : TomlTable
+        Content of the run.toml.
     """
     table.only("log", *LOG_KEYS)
     roles = ROLES if axis is None else axis.roles
-    said = {
-        key: read_columns(table.table(key), roles)
-        if key == "columns"
-        else _checked(table, key, value, roles, axis)
-        for key, value in table.values.items()
-        if key in LOG_KEYS
-    }
-    log = table.attempt("log", partial(_log, folder, table.values.get("log")))
-    return None if log is None else (log, said)
+    values: dict[str, Any] = {}
+    for key, value in table.values.items():
+        if key == "columns":
+            values[key] = read_columns(table.table(key), roles)
+        elif key in LOG_KEYS:
+            values[key] = _checked_value(table, key, value, roles, axis)
+    log = table.attempt("log", partial(_log_path, folder, table.values.get("log")))
+    return None if log is None else (log, values)
 
 
-def _log(folder: Path, named: object) -> Path:
+def _log_path(folder: Path, named: object) -> Path:
     """Return the path of the log that a run.toml in a folder names; refuse a missing file."""
     if named is None:
-        raise UsageError('it is missing. Add the path of the log, as in log = "log.csv".')
+        raise UsageError('the path of the log is missing. Add the path, as in log = "log.csv".')
     if not isinstance(named, str) or is_run_file(named):
-        raise UsageError(f"it is {quoted(named)}. Give the path of a log, relative to this file.")
+        raise UsageError(
+            f"the path of the log is {quoted(named)}. Give the path of a log, relative to this "
+            "file."
+        )
     if not os.path.lexists(folder / named):
         names = [file.name for file in folder.iterdir()]
-        raise UsageError(f"there is no file {folder / named}.{nearest(named, names)}")
+        raise UsageError(
+            f"there is no file {folder / named}. Correct the path.{nearest(named, names)}"
+        )
     return folder / named
 
 
-def _checked(
+def _checked_value(
     table: TomlTable, key: str, value: Any, roles: Collection[str], axis: Axis | None
 ) -> Any:
-    """Return the value of a key, checked as far as possible without the log."""
+    """Return the value of a key, checked as far as possible without the log.
+
+    Mistakes are collected in `table`. `roles` are the roles that a value by role may have.
+    """
     if isinstance(value, Mapping):
         table.table(key).only(*roles)
 
-    check = _CHECKS.get(key, lambda repair: Repairs(**{key: repair}).moduli(axis))
-    table.attempt(key, partial(check, value))
+    def check_repair(repair: Any) -> object:
+        """Return the moduli of a repair; refuse a wrong repair."""
+        return Repairs(**{key: repair}).moduli(axis)
+
+    table.attempt(key, partial(_CHECKS.get(key, check_repair), value))
     return value
 
 
+#: Checks of the keys that are not repairs; a check raises an error for a wrong value.
 _CHECKS: Mapping[str, Callable[[Any], object]] = {
     "windows": checked_windows,
     "injected_at": lambda place: check_among(("injection point", place, INJECTION_POINTS)),
@@ -261,7 +301,7 @@ _CHECKS: Mapping[str, Callable[[Any], object]] = {
 }
 
 
-_LINE = 96  # characters of a comment
+_LINE = 96  # largest number of characters in a line of a comment
 #: Usual names of columns, besides their roles.
 _NAMES = {
     "time": ("t", "timestamp", "time_s", "time_ms", "seconds", "zeit"),
@@ -284,7 +324,8 @@ def started_run(log: Path) -> str:
     table = read_table(log)
     if any("\ud800" <= letter <= "\udfff" for letter in log.name):
         raise DataError(
-            f"the name of {quoted(log.name)} is not UTF-8, which TOML requires. Rename the log.",
+            f"the name of the log {quoted(log.name)} is not UTF-8, which TOML requires. Rename the "
+            "log.",
             code="run-file",
         )
     keys = [
@@ -307,27 +348,29 @@ def started_run(log: Path) -> str:
         "[columns]",
         *_comment(LOG_KEYS["columns"].said),
         *_comment("The log has:"),
-        *(f"#   {_described(table, name)}" for name in [*table.columns][:100]),
+        *(f"#   {_column_description(table, name)}" for name in [*table.columns][:100]),
         *([f"#   and {more} more"] if more > 0 else []),
-        *(_role(table, role) for role in ROLES),
+        *(_role_line(table, role) for role in ROLES),
         "",
     ]
     return "\n".join(lines)
 
 
-def _role(table: Table, role: str) -> str:
+def _role_line(table: Table, role: str) -> str:
     """Return the line of a run.toml that names the column of a role, commented out.
 
-    The line names a column of the log with the name of the role or a usual name of it, if there is
-    one, and the unit of a time as far as its steps show it.
+    If the log has a column with the name of the role, or with a usual name of the role, the line
+    names this column. The unit of a time without a unit is assumed from its steps.
     """
+    # The column of the role; upper and lower case are equal unless the log distinguishes them.
     names = {**{name.casefold(): name for name in table.columns}, **{n: n for n in table.columns}}
     name = next((names[n] for n in (role, *_NAMES.get(role, ())) if n in names), None)
     # A column with the name of these roles need not be such a measurement.
     if name is None or role in ("velocity", "acceleration", "injected"):
         return f'# {role} = "NAME:UNIT"'
     unit = ""
-    if role == "time" and not table.columns[name].unit:  # the unit with usual steps of a log
+    if role == "time" and not table.columns[name].unit:
+        # The first unit in which the time steps have the usual size of a log: 1 us to 50 ms.
         time, units = _values(table, name), {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
         step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
         unit = next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
@@ -337,14 +380,14 @@ def _role(table: Table, role: str) -> str:
     return f"# {role} = {toml_text(name + ending)}{guessed}"
 
 
-def _described(table: Table, name: str) -> str:
+def _column_description(table: Table, name: str) -> str:
     """Return a text on a column of a log: its name, the range of its numbers, and its unit."""
     column, values = table.columns[name], _values(table, name)
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
     unit = f"in {column.unit}" if column.unit else "in SI unless a unit is given"
-    held = column.holds or f"{between}, {unit if unit.isprintable() else ''}"
-    return f"{toml_text(name[:_LINE])}: {held}"
+    content = column.holds or f"{between}, {unit if unit.isprintable() else ''}"
+    return f"{toml_text(name[:_LINE])}: {content}"
 
 
 def _values(table: Table, name: str) -> Array:
@@ -353,6 +396,6 @@ def _values(table: Table, name: str) -> Array:
     return np.empty(0) if isinstance(samples, DataError) else samples.values
 
 
-def _comment(said: str) -> list[str]:
+def _comment(text: str) -> list[str]:
     """Return a text as comment lines of a TOML file."""
-    return [f"# {line}" for line in wrap(said, _LINE)]
+    return [f"# {line}" for line in wrap(text, _LINE)]

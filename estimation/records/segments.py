@@ -21,24 +21,31 @@ from .clocks import long_steps, period_uncertainty
 
 #: First sample and the one after the last.
 Span = tuple[int, int]
-#: First and last time of a window, s, in the log's own time.
+#: First and last time of a window, s, in the time of the log.
 Window = tuple[float, float]
 
-_GIVE = 'Give FROM..TO in seconds, such as "2..5", "2.." or "..5", or a pair, such as (2.0, None)'
+_GIVE_TIMES = (
+    'Give FROM..TO in seconds, such as "2..5", "2.." or "..5", or a pair, such as (2.0, None)'
+)
 
 
 def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
-    """Return the windows in order of time, with open ends at infinity.
+    """Return the first and last time of each window, s, in order of time; infinite for open ends.
+
+    Parameters
+    ----------
+    windows : iterable of (float or None, float or None) or str, or str
+        Windows as the user gave them; a single text is one window.
 
     Raises
     ------
     UsageError
-        A window is no pair of numbers, ends before it begins, or overlaps another.
+        A window is not a pair of numbers, ends before it begins, or overlaps another window.
     """
     listed = [windows] if isinstance(windows, str) else windows
     if isinstance(listed, bytes) or not isinstance(listed, Iterable):
-        raise UsageError(f"the windows are {quoted(windows)}. {_GIVE}.", code="window")
-    ordered = sorted(_checked(each) for each in listed)
+        raise UsageError(f"the windows are {quoted(windows)}. {_GIVE_TIMES}.", code="window")
+    ordered = sorted(_checked_window(each) for each in listed)
     refuse(
         UsageError,
         *(
@@ -54,8 +61,14 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     return tuple(ordered)
 
 
-def _checked(window: Any) -> Window:
-    """Return the first and last time of one window, s; infinite for open ends."""
+def _checked_window(window: Any) -> Window:
+    """Return the first and last time of one window, s; infinite for open ends.
+
+    Raises
+    ------
+    UsageError
+        The window is not a pair of numbers, or ends before it begins.
+    """
     ends = window.split("..") if isinstance(window, str) else window
     try:
         start, stop = (
@@ -63,7 +76,9 @@ def _checked(window: Any) -> Window:
             for end, infinite in zip(ends, (-math.inf, math.inf), strict=True)
         )
     except (TypeError, ValueError) as error:
-        raise UsageError(f"a window is {quoted(window)}. {_GIVE}.", code="window") from error
+        raise UsageError(
+            f"the window {quoted(window)} is not a pair of times. {_GIVE_TIMES}.", code="window"
+        ) from error
     if not start < stop:
         raise UsageError(
             f"the window {quoted(window)} does not end after it begins. Give two times of the log "
@@ -99,11 +114,11 @@ def samples_within(
     source : str
         Name of the log, for messages.
     time : (N,) array
-        s
+        Times of the samples, s; NaN for a sample without a time.
     windows : sequence of Window
         First and last time of each window, s.
     fewest : int
-        Fewest samples of a window.
+        Smallest number of samples of a window.
 
     Raises
     ------
@@ -118,11 +133,13 @@ def samples_within(
         begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
         end = int(inside[-1]) + 1 if inside.size else 0
         if end - begin < fewest:
-            reach = f"{finite.min():.9g} to {finite.max():.9g} s" if finite.size else "nan to nan"
+            covered = "The log has no finite times"
+            if finite.size:
+                covered = f"The times of the log are {finite.min():.9g} to {finite.max():.9g} s"
             raise DataError(
                 f"{source}: the window {windows_text([(start, stop)])} has "
-                f"{max(end - begin, 0) or 'no'} samples. The time of the log is {reach}. Give "
-                "times within the log, or a longer window.",
+                f"{max(end - begin, 0) or 'no'} samples. {covered}. Give times within the log, or "
+                "a longer window.",
                 code="window",
             )
         spans.append((begin, end))
@@ -173,17 +190,22 @@ def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int
         Number of samples of the log.
     """
     left_out = samples - sum(stop - start for start, stop in spans)
-    each = ", each filtered and simulated separately" if len(spans) > 1 else ""
+    used = f"only the window {windows_text(windows)} is used"
+    if len(spans) > 1:
+        used = (
+            f"only the windows {windows_text(windows)} are used, and each is filtered and "
+            "simulated separately"
+        )
     return Repair(
         kind="window",
         count=left_out,
-        text=f"only {windows_text(windows)} used{each}: {left_out} of {samples} samples left out",
+        text=f"{used}: {left_out} of {samples} samples are left out",
     )
 
 
 def edges(windows: Sequence[Window]) -> Array:
     """Return the times between consecutive windows, at which a log is cut, s."""
-    return np.array([(one[1] + other[0]) / 2 for one, other in pairwise(windows)])
+    return np.array([(before[1] + after[0]) / 2 for before, after in pairwise(windows)])
 
 
 def as_sampled(
@@ -191,10 +213,20 @@ def as_sampled(
 ) -> RoleColumns:
     """Return columns divided into segments, without resampling.
 
-    The columns have common times. They are cut between windows, also without a gap there, and at
-    gaps if `split`. If `split`, pieces that are too short for a record are left out. `period` is a
-    given sampling period, s; None for the mean step.
+    Parameters
+    ----------
+    columns : RoleColumns
+        Columns by role, with common times.
+    period : float or None
+        Given sampling period, s; None for the mean step.
+    windows : sequence of Window
+        First and last time of each window, s. The columns are cut between windows, also where there
+        is no gap.
+    split : bool
+        True if the columns are also cut at gaps; pieces that are too short for a record are then
+        left out.
     """
+    # Cut between the windows and at the gaps.
     time = np.asarray(columns.motion.times, dtype=np.float64)
     cuts = np.searchsorted(time, edges(windows), side="right")
     gaps = np.setdiff1d(long_steps(time, MAX_EVEN_STEP.value), cuts - 1) if split else cuts[:0]
@@ -207,6 +239,7 @@ def as_sampled(
         columns = columns.repaired(
             {}, gaps_repair(len(gaps), lost, len(pieces), int(np.sum(~kept)))
         )
+    # Keep the samples of the pieces, each of which is a segment.
     segments, time = adjoining([b - a for a, b in pieces]), time[kept]
     jitter = period_uncertainty([time[start:stop] for start, stop in segments or ((0, len(time)),)])
     return replace(
@@ -238,15 +271,20 @@ def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
     segments : int
         Number of segments.
     dropped : int
-        Number of rows left out, in pieces that are too short.
+        Number of rows that are left out because their pieces are too short.
     """
-    text = (
-        f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
-        f"{segments} segments, each filtered and simulated separately"
-    )
-    if dropped:
-        text += f"; {dropped} rows in pieces of fewer than {MIN_RECORD_SAMPLES.value} left out"
-    return Repair(kind="gaps", count=gaps, text=text if gaps else "no gaps found")
+    text = "no gaps found"
+    if gaps:
+        text = (
+            f"the log is cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) "
+            f"into {segments} segments, and each is filtered and simulated separately"
+        )
+        if dropped:
+            text += (
+                f"; {dropped} rows in pieces of fewer than {MIN_RECORD_SAMPLES.value} rows are "
+                "left out"
+            )
+    return Repair(kind="gaps", count=gaps, text=text)
 
 
 def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
@@ -258,6 +296,11 @@ def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
         Names of the record and of the spans, for messages.
     spans : object
         Spans as the user gave them.
+
+    Raises
+    ------
+    UsageError
+        The spans are not pairs of whole numbers.
     """
     try:
         return tuple((index(start), index(stop)) for start, stop in spans)  # type: ignore[attr-defined]
@@ -271,23 +314,41 @@ def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
 def check_spans(
     source: str, time: Array, segments: tuple[Span, ...], masked: tuple[Span, ...]
 ) -> None:
-    """Refuse segments that are not consecutive, and masked samples that do not exist."""
+    """Refuse segments that are too short or not consecutive, and masked rows that do not exist.
+
+    Parameters
+    ----------
+    source : str
+        Name of the record, for messages.
+    time : (N,) array
+        Times of the record, s.
+    segments, masked : tuple of (int, int)
+        First row and the one after the last of each segment, and of each masked piece.
+
+    Raises
+    ------
+    DataError
+        A segment has fewer rows than a record needs, the segments do not cover all rows one after
+        another, or masked rows do not exist.
+    """
     fewest, samples = MIN_RECORD_SAMPLES.value, len(time)
+    # Each segment must begin where the one before it ends, and the last must end with the record.
     ends = [0, *(end for span in segments for end in span), samples]
-    whole = not segments or ends[::2] == ends[1::2]
+    are_consecutive = not segments or ends[::2] == ends[1::2]
     for start, stop in segments:
-        if whole and start < stop < start + fewest:
+        if are_consecutive and start < stop < start + fewest:
             raise DataError(
-                f"{source}: the part from {time[start]:.6g} to {time[stop - 1]:.6g} s has "
+                f"{source}: the segment from {time[start]:.6g} to {time[stop - 1]:.6g} s has "
                 f"{stop - start} rows, but needs {fewest} or more. Give a longer window, or omit "
                 "this window.",
                 code="too-short",
             )
-    lasting = all(stop > start for start, stop in segments)
-    inside = all(0 <= start < stop <= samples for start, stop in masked)
-    if not (whole and lasting and inside):
+    have_rows = all(stop > start for start, stop in segments)
+    are_inside = all(0 <= start < stop <= samples for start, stop in masked)
+    if not (are_consecutive and have_rows and are_inside):
         raise DataError(
-            f"{source}: the segments {segments} and masked rows {masked} do not fit {samples} "
-            f"rows. Give segments in order, without overlap, with {fewest} rows or more each.",
+            f"{source}: the segments {segments} and masked rows {masked} do not fit a record of "
+            f"{samples} rows. Give segments that cover all rows in order, without overlap, with "
+            f"{fewest} rows or more each.",
             code="record",
         )

@@ -1,4 +1,4 @@
-"""Columns that a logger wrote too early or too late, or less often than the log's samples.
+"""Repair of columns that a logger wrote too early or too late, or not in every sample.
 
 A drive that measures its velocity every fourth cycle writes one value into four samples, or leaves
 three of them empty. A velocity that is held for four samples is one and a half samples late on
@@ -23,7 +23,8 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
 from axisid.support.wording import quoted
 
-_MIN_SELDOM_CHANGES = 20  # fewest values of a column; fewer may be at even distances by chance
+# Smallest number of written values of a column; fewer may be at even distances by chance.
+_MIN_SELDOM_CHANGES = 20
 
 #: Interpolation of a column between its written values.
 Interpolation = Literal["spline", "linear", "held"]
@@ -33,16 +34,17 @@ SELDOM_ROLES = ("velocity", "acceleration", "force")
 
 
 def checked_between(between: object) -> dict[str, Interpolation]:
-    """Return the checked interpolation of columns, by role.
+    """Return the interpolation of columns by role, as the user gave it, checked.
 
     Raises
     ------
     UsageError
-        A role is not in `SELDOM_ROLES`, or an interpolation not in `BETWEEN`.
+        The argument is not a mapping, a role is not in `SELDOM_ROLES`, or an interpolation is not
+        in `BETWEEN`.
     """
     if not isinstance(between, Mapping):
         raise UsageError(
-            f"between is {quoted(between)}. Give the interpolation by role, as in "
+            f"between is {quoted(between)}. Give an interpolation by role, as in "
             "{'velocity': 'linear'}.",
             code="shift",
         )
@@ -60,18 +62,19 @@ def samples_apart(values: Array) -> int:
     Parameters
     ----------
     values : (N,) array
-        NaN, or the last value again, in samples that were not written.
+        Column with NaN, or the last value again, in samples that were not written.
     """
     return _written(values)[1]
 
 
 def _written(values: Array) -> tuple[NDArray[np.intp], int]:
-    """Return the samples in which a value was written, and their distance.
+    """Return the samples in which a value was written, (k,), and their distance in samples.
 
-    In a column without empty cells these are the samples at an even distance with most of its
-    changes; all samples if there is no such distance.
+    In a column without empty cells these are samples at an even distance, at which nearly all
+    changes of the column are; all samples if there is no such distance.
     """
     filled = np.isfinite(values)
+    # Samples with a value, or with another value than the sample before.
     rows = np.flatnonzero(filled) if not filled.all() else np.flatnonzero(np.diff(values)) + 1
     distance, first = 1, 0
     if len(rows) >= _MIN_SELDOM_CHANGES:
@@ -85,15 +88,17 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
     """Return notes on measured columns that hold each value for several samples."""
-    measured = [role for role in SELDOM_ROLES if role in samples]
-    every, nth = {r: samples_apart(samples[r].values) for r in measured}, {2: "second", 3: "third"}
-    return [
-        f"the {role} is updated only in every {nth.get(count, f'{count}th')} sample and held "
-        f"between, so it is {(count - 1) / 2:g} samples late on average: interpolate it ("
-        f"{advised_interpolation(role)})"
-        for role, count in every.items()
-        if count > 1
-    ]
+    ordinals = {2: "second", 3: "third"}
+    notes = []
+    for role in SELDOM_ROLES:
+        distance = samples_apart(samples[role].values) if role in samples else 1
+        if distance > 1:
+            notes.append(
+                f"the {role} is updated only in every {ordinals.get(distance, f'{distance}th')} "
+                f"sample and held in between, so it is {(distance - 1) / 2:g} samples late on "
+                f"average. Interpolate the {role} ({advised_interpolation(role)})"
+            )
+    return notes
 
 
 def drawn_between(
@@ -108,27 +113,28 @@ def drawn_between(
     between : mapping of str to {"spline", "linear", "held"}
         Interpolation by role.
     uneven : bool
-        True if the columns are resampled later: samples that were not written are then only left
-        out.
+        True if the columns are resampled later: samples that were not written are then left out,
+        and the resampling interpolates.
 
     Raises
     ------
     DataError
-        There is no such column, or it has too few values.
+        There is no column of a given role, or it has too few values.
     """
     for role, how in between.items():
         if role not in columns.samples:
             raise DataError(
-                f"{columns.source}: the {role} cannot be interpolated, because there is no such "
-                f"column. Name it with {setting('columns', {role: 'NAME'})}.",
+                f"{columns.source}: the {role} cannot be interpolated, because there is no column "
+                f"of the {role}. Name the column with {setting('columns', {role: 'NAME'})}.",
                 code="shift",
             )
         samples = columns.samples[role]
         fresh, _ = _written(samples.values)
         if len(fresh) < _MIN_SELDOM_CHANGES:
             raise DataError(
-                f"{columns.source}: the {role} has {len(fresh)} values, too few to interpolate "
-                "between them.",
+                f"{columns.source}: the {role} has {len(fresh)} values, but interpolation needs "
+                f"{_MIN_SELDOM_CHANGES} or more. Omit between for the {role} in run.toml, or give "
+                "a longer log.",
                 code="too-short",
             )
         written, count = samples.taken(fresh), len(samples.values)
@@ -136,12 +142,12 @@ def drawn_between(
             written = replace(
                 samples, values=at_times(samples.times, written.times, written.values, how)
             )
-        ways = {"spline": "interpolated by a cubic spline", "linear": "interpolated linearly"}
-        way = ways.get(how, "each held until the next")
+        phrases = {"spline": "interpolated by a cubic spline", "linear": "interpolated linearly"}
+        phrase = phrases.get(how, "each held until the next value")
         repair = Repair(
             kind="between",
             count=count - len(fresh),
-            text=f"{role}: {len(fresh)} values for {count} samples, {way}",
+            text=f"{role}: {len(fresh)} values for {count} samples, {phrase}",
         )
         columns = columns.repaired({role: written}, repair)
     return columns
@@ -171,13 +177,19 @@ def at_times(times: Array, clock: Array, values: Array, how: Interpolation) -> A
 
 
 def advised_interpolation(role: str) -> str:
-    """Return the line of run.toml that interpolates a column: a velocity bends, a force jumps."""
+    """Return the line of run.toml that interpolates a column between its written values.
+
+    A velocity is smooth and is interpolated by a spline; an acceleration or force may jump and is
+    interpolated linearly.
+    """
     how = "spline" if role == "velocity" else "linear"
     return f'between.{role} = "{how}" in run.toml'
 
 
+#: Numbers of rows, (n,).
 Rows = NDArray[np.intp]
 
+#: Pattern of a number, and of the unit after it.
 _AMOUNT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 
@@ -202,34 +214,37 @@ class Shift:
 
 
 def checked_shifts(shifts: object) -> dict[str, Shift]:
-    """Return the checked shifts by role or signal.
+    """Return shifts by role or name of a signal, as the user gave them, checked.
 
-    A shift is a number of samples, or a text with a time and its unit.
+    A shift is given as a number of samples, or as a text with a time and its unit.
 
     Raises
     ------
     UsageError
-        The time is to be shifted, or an amount is neither samples nor a time.
+        The argument is not a mapping, the time is to be shifted, or an amount is neither a number
+        of samples nor a time.
     """
     if not isinstance(shifts, Mapping):
         raise UsageError(
-            f"the shift is {quoted(shifts)}. Give samples by role: {{'control': 1}}.", code="shift"
+            f"the shift is {quoted(shifts)}. Give a number of samples by role, as in "
+            "{'control': 1}.",
+            code="shift",
         )
     if "time" in shifts:
-        raise UsageError("'time' cannot be shifted. Shift the other columns.", code="shift")
+        raise UsageError("the time cannot be shifted. Shift the other columns.", code="shift")
     return {role: _shift(role, amount) for role, amount in shifts.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdvisedShift(Finding):
-    """Shift of a column that aligns it with the others.
+    """Shift of a column that aligns the column with the other columns.
 
     Attributes
     ----------
     role : str
         Role, or name of a signal.
     samples : float
-        Shift in addition to the present one; negative moves the column to earlier times.
+        Shift in addition to the present one, in samples; negative to earlier times.
     is_whole : bool
         True for a whole number of samples; otherwise the log has to be resampled.
     """
@@ -240,9 +255,10 @@ class AdvisedShift(Finding):
 
 
 def shift_into_time(role: str, late: float, apart: float) -> AdvisedShift:
-    """Return the shift that aligns a late column with the others.
+    """Return the shift that aligns a late column with the other columns.
 
-    It is a whole number of samples if the delay is close enough to one; otherwise the delay itself.
+    The shift is a whole number of samples, not 0, if the delay is close enough to it. Otherwise the
+    shift is the delay with the opposite sign.
 
     Parameters
     ----------
@@ -260,7 +276,13 @@ def shift_into_time(role: str, late: float, apart: float) -> AdvisedShift:
 
 
 def _shift(role: str, amount: object) -> Shift:
-    """Return the shift of a column from a number of samples, or from a text with a time's unit."""
+    """Return the shift of a column from a number of samples, or from a text with a time and a unit.
+
+    Raises
+    ------
+    UsageError
+        The amount is neither a number of samples nor a time.
+    """
     if isinstance(amount, Shift):
         return amount
     match = _AMOUNT.fullmatch(amount) if isinstance(amount, str) else None
@@ -269,22 +291,37 @@ def _shift(role: str, amount: object) -> Shift:
     timed = unit_of is not None and str(unit_of.unit) == "s"
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
         raise UsageError(
-            f"the shift of the {role} is {quoted(amount)}. Give samples, such as 1, or a time with "
-            "its unit, such as 2ms.",
+            f"the shift of the {role} is {quoted(amount)}. Give a number of samples, such as 1, or "
+            "a time with its unit, such as 2ms.",
             code="shift",
         )
     return Shift(float(number) * (float(unit_of) if unit_of else 1.0), in_seconds=timed)
 
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
-    """Refuse to shift a column that does not exist."""
+    """Refuse to shift a column that does not exist.
+
+    Parameters
+    ----------
+    source : str
+        Name of the log, for messages.
+    columns : collection of str
+        Roles and names of the columns that exist.
+    shifts : iterable of str
+        Roles and names of the columns to shift.
+
+    Raises
+    ------
+    DataError
+        There is no column of a role or name.
+    """
     refuse(
         DataError,
         *(
             (
                 role not in columns,
-                f"{source}: the {role} cannot be shifted, because there is no such column. Name it "
-                f"with {setting('columns', {role: 'NAME'})}",
+                f"{source}: the {role} cannot be shifted, because there is no column of the "
+                f"{role}. Name the column with {setting('columns', {role: 'NAME'})}",
             )
             for role in shifts
         ),
@@ -306,14 +343,17 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
 
     Raises
     ------
-    DataError, UsageError
-        There is no such column; or as in `shifted_rows`.
+    DataError
+        There is no column of a role, or the columns differ in length and are not resampled later.
+    UsageError
+        A shift is not possible without resampling, see `shifted_rows`.
     """
     if not shifts:
         return columns
     samples, source, clock = columns.samples, columns.source, columns.motion.times
     check_movable(source, samples, shifts)
     if uneven:
+        # Shift the times; the resampling interpolates later.
         steps = {role: _step(samples[role].times) for role in shifts}
         return columns.repaired(
             {
@@ -328,10 +368,11 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
         )
     if any(len(column.values) != len(clock) for column in samples.values()):
         raise DataError(
-            f"{source}: the columns differ in length, so no column can be shifted. Resample them "
-            f"with {setting('resample', 'auto')}.",
+            f"{source}: the columns differ in length, so no column can be shifted. Resample the "
+            f"columns with {setting('resample', 'auto')}.",
             code="shift",
         )
+    # The columns have one clock: shift the values by whole rows.
     kept, partners, repairs = shifted_rows(source, clock, shifts)
     return columns.repaired(
         {
@@ -371,25 +412,27 @@ def shifted_rows(
     Raises
     ------
     UsageError
-        The amount is no whole number of samples, or more than there are.
+        A shift is not a whole number of samples, or is not shorter than the log.
     """
     step, rows = _step(clock), np.arange(len(clock))
     kept, partners = np.ones(len(clock), dtype=bool), {}
     for role, shift in shifts.items():
         samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
         count = round(samples)
-        part = abs(samples - count)
-        if abs(count) >= len(clock) or part > 0.01 or (samples != 0 and count == 0):
+        fraction = abs(samples - count)
+        if abs(count) >= len(clock) or fraction > 0.01 or (samples != 0 and count == 0):
             raise UsageError(
                 f"{source}: the shift of the {role} is {samples:.6g} of {len(clock)} samples. Give "
-                "a whole number of samples, or a time of whole samples. With "
-                f"{setting('resample', 'auto')} any shift is possible.",
+                "a whole number of samples, or a time that is a whole number of samples. Or "
+                f"resample the log ({setting('resample', 'auto')}), with which any shift is "
+                "possible.",
                 code="shift",
             )
         partners[role] = np.clip(rows - count, 0, len(clock) - 1)
-        off = np.abs(clock - clock[partners[role]] - count * step)
-        # a sample without a time is refused later, with a message
-        kept &= (partners[role] == rows - count) & ~(off > step / 2)
+        # A counterpart is kept if it exists, and if no gap lies between. A sample without a time is
+        # kept too, as it is refused later with a message.
+        deviation = np.abs(clock - clock[partners[role]] - count * step)
+        kept &= (partners[role] == rows - count) & ~(deviation > step / 2)
     lost = len(clock) - int(kept.sum())
     repairs = [
         _shift_repair(r, step, shift, len(clock) - lost, lost) for r, shift in shifts.items()
@@ -423,7 +466,8 @@ def _shift_repair(role: str, step: float, shift: Shift, count: int, lost: int) -
     samples = seconds / step if step > 0 else 0.0
     way = "later" if seconds >= 0 else "earlier"
     named = f"{abs(samples):.4g} sample{'s' * (abs(samples) != 1)}"
-    text = f"{role} shifted by {named} ({1e3 * abs(seconds):.4g} ms) to {way} times"
+    text = f"the {role} is shifted by {named} ({1e3 * abs(seconds):.4g} ms) to {way} times"
     if lost:
-        text += f"; {lost} row{'s' * (lost > 1)} without a counterpart left out"
+        are = "s without a counterpart are" if lost > 1 else " without a counterpart is"
+        text += f"; {lost} row{are} left out"
     return Repair(kind="shift", count=count if samples else 0, text=text)

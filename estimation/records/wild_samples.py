@@ -1,14 +1,14 @@
-"""Wild samples: single outliers, which jump away and back within one step, unlike any machine.
+"""Search and replacement of wild samples: single outliers that jump away and back in one step.
 
 A position and a velocity are smooth, as the axis has inertia. A wild sample has opposite steps
 before and after it, larger than the second differences anywhere else. The first and the last
 position are wild if they do not continue their neighbours. A reference is smooth like a motion, but
-it may be an impulse: the control then responds to it. A control, a force, an acceleration, a test
-signal or another signal may jump to any value of its range, and so may the ends of any column,
-which have only one neighbour: a wild sample is there far outside the range. A column may jump
-further where another one jumps: the control of a differentiating law follows a step of the
-reference. Without a recorded reference this step is unknown, and the control is compared with the
-limit of the drive only.
+it may have an impulse, to which the control then responds. A control, a force, an acceleration, a
+test signal or another signal may jump to any value of its range, and so may the ends of any column,
+which have only one neighbour. In these cases a sample is wild only if it is far outside the range.
+A column may jump further where another column jumps: the control of a differentiating law follows
+a step of the reference. Without a recorded reference this step is unknown, and the control is
+compared with the limit of the drive only.
 
 Wild samples are masked and replaced by a straight line between their neighbours, so that no filter
 and no replay of the control law spreads them.
@@ -31,21 +31,23 @@ from .clocks import long_steps
 from .quantisation import quantisation_step, rounding
 from .segments import Span
 
-_TIMES = 2.0  # excursion of a wild sample, relative to the largest movement elsewhere
-_FEWEST = 6  # fewest samples of a piece between gaps that is searched
+# Smallest excursion of a wild sample, relative to the largest movement elsewhere.
+_MIN_EXCURSION = 2.0
+_FEWEST = 6  # smallest number of samples of a piece between gaps that is searched
 # Largest number of wild samples in a column: a number plus a share of the samples, but at most
 # another number, and at most another share.
 _SOME, _PART, _MOST, _MOST_PART = 10, 0.002, 100, 0.1
 _GRAIN = 1e-9  # of the range: difference within which two values are equal
-_PASSES = 4  # a wild sample may be next to a larger one
-# Samples before and after, within which one column follows another: a step changes a second
-# difference before the sample at which the law reads it, and a control may be logged some samples
-# later or earlier.
-_ANSWERS = (-3, 3)
+_PASSES = 4  # searches of a column: a wild sample may be hidden by a larger one next to it
+# Samples before and after a jump of one column within which another column may respond: a step
+# changes a second difference before the sample at which the law reads the step, and a control may
+# be logged some samples later or earlier.
+_RESPONSE = (-3, 3)
 
-_INERT = ("position", "velocity")
-_PLANNED = "reference"
+_SMOOTH = ("position", "velocity")  # roles of columns that are smooth, as the axis has inertia
+_REFERENCE = "reference"
 
+#: Numbers of samples, (k,).
 Places = NDArray[np.intp]
 
 
@@ -55,8 +57,9 @@ def without_wild_samples(
     """Return columns with wild samples masked and replaced, and with the repair that reports them.
 
     Columns without wild samples are returned unchanged. Position and velocity are searched first,
-    then the reference, then the other columns, whose jumps may respond to those of the former. Each
-    column is searched in a few passes; wild samples that a pass finds are replaced before the next.
+    then the reference, then the other columns, whose jumps may respond to the reference. Each
+    column is searched in a few passes; the wild samples that a pass finds are replaced before the
+    next pass.
 
     Parameters
     ----------
@@ -67,11 +70,11 @@ def without_wild_samples(
     limit : float
         Limit of the control, in its unit.
     delay : int
-        Samples by which the control law acts, and its control is logged, late.
+        Samples by which the control law acts late, and by which its control is logged late.
     """
     # Known range of control and force: 0 if it is unknown, infinite if no sample can be judged.
     widths = {"control": 2 * limit if math.isfinite(limit) else 0.0, "force": 0.0}
-    if _PLANNED not in columns.samples:
+    if _REFERENCE not in columns.samples:
         widths |= {role: math.inf for role, width in widths.items() if not width}
     courses = {
         role: _Course.of(
@@ -84,15 +87,16 @@ def without_wild_samples(
         for role, samples in columns.samples.items()
     }
     found: dict[str, Places] = {}
-    first = [role for role in (*_INERT, _PLANNED) if role in courses]
+    first = [role for role in (*_SMOOTH, _REFERENCE) if role in courses]
     for role in dict.fromkeys((*first, *courses)):
         course, wild = courses[role], np.zeros(len(courses[role].values), dtype=bool)
         most = _most_wild(len(wild))
         for _ in range(_PASSES):
+            # Candidates; the number of wild samples of a column is limited (`most`).
             places = course.out_of_range(most)
-            if role in (*_INERT, _PLANNED):
+            if role in (*_SMOOTH, _REFERENCE):
                 places = np.union1d(places, course.out_of_course(most))
-            if role not in _INERT:
+            if role not in _SMOOTH:
                 # A jump is not wild if another column jumps there as well.
                 times = [courses[other].times[at] for other, at in found.items()]
                 places = _unexplained(role, places, courses, np.concatenate([np.empty(0), *times]))
@@ -110,8 +114,8 @@ def without_wild_samples(
         kind="wild",
         count=sum(map(len, found.values())),
         text="single outliers, which jump away and back within one step, further than the column "
-        f"moves anywhere else: {'; '.join(texts)}. They are masked, with the rows whose filters "
-        "reach them",
+        f"moves anywhere else, are masked with the rows whose filters reach them: "
+        f"{'; '.join(texts)}",
     )
     changed = {role: replace(columns.samples[role], values=courses[role].values) for role in found}
     masks = {role: _mask(at, len(courses[role].values)) for role, at in found.items()}
@@ -145,12 +149,12 @@ def wild_steps(position: Array, spans: Sequence[Span]) -> Places:
 
 
 def _most_wild(size: int) -> int:
-    """Return the largest number of wild samples of a column."""
+    """Return the largest number of wild samples in a column of the given size."""
     return min(_SOME + int(_PART * size), _MOST, int(_MOST_PART * size))
 
 
 def _mask(places: Places, size: int) -> Mask:
-    """Return True for some samples of a column of the given size, (size,)."""
+    """Return a mask, (size,), that is True for the given samples (`places`) of a column."""
     mask = np.zeros(size, dtype=bool)
     mask[places] = True
     return mask
@@ -165,6 +169,8 @@ def _named(role: str, samples: Samples, places: Places) -> str:
 
 def leading_zeros_note(columns: RoleColumns) -> list[str]:
     """Return a note on rows at the start of a log in which every column is exactly 0.
+
+    The list is empty if there are fewer than six such rows, or only one column.
 
     Parameters
     ----------
@@ -191,6 +197,10 @@ def leading_zeros_note(columns: RoleColumns) -> list[str]:
 class _Course:
     """A column with its second differences, in which wild samples are searched.
 
+    The excursion of a sample is its distance from both neighbours, to one side: the smallest of the
+    second differences before and after it, and of half its own second difference. A wild sample has
+    a large excursion; a jump to a new value has none.
+
     Attributes
     ----------
     values, times : (N,) array
@@ -207,8 +217,7 @@ class _Course:
     delay : int
         Number of samples by which the control law acts late.
     excursions : (N,) array
-        Distance of each sample from both neighbours, to one side: the least of the second
-        differences before and after it, and of half its own.
+        Excursion of each sample; 0 if it has none.
     bends : (N,) array
         Absolute second difference; 0 at the ends.
     """
@@ -227,7 +236,7 @@ class _Course:
     def of(
         cls, samples: Samples, modulus: float, width: float, *, has_ends: bool, delay: int
     ) -> "_Course":
-        """Return the second differences and excursions of a column, with the given attributes."""
+        """Return a column with its second differences and excursions; arguments are attributes."""
         cuts = long_steps(samples.times, MAX_EVEN_STEP.value) + 1
         ends = [0, *cuts.tolist(), len(samples.values)]
         spans = tuple(pairwise(ends))
@@ -246,7 +255,7 @@ class _Course:
         )
 
     def out_of_course(self, most: int) -> Places:
-        """Return the samples whose excursion exceeds all second differences without them.
+        """Return the samples whose excursion exceeds all second differences of the other samples.
 
         At most `most` samples with the largest excursions are compared.
         """
@@ -255,10 +264,9 @@ class _Course:
         return self._standing_out(excursions, order, self._largest_bends(order))
 
     def spikes(self, most: int) -> Places:
-        """Return the samples whose excursion is larger than the second differences elsewhere.
+        """Return the samples whose excursion exceeds the second differences without candidates.
 
-        These are the second differences without any candidate. Candidates are the samples with the
-        largest excursions, at most `most`.
+        Candidates are the samples with the largest excursions, at most `most`.
         """
         excursions = self._inner_excursions()
         order = _largest(excursions, most)
@@ -273,7 +281,7 @@ class _Course:
         return excursions
 
     def out_of_range(self, most: int) -> Places:
-        """Return the samples whose excursion exceeds the range of the column without them.
+        """Return the samples whose excursion exceeds the range of the other samples.
 
         At most `most` samples with the largest excursions are compared.
         """
@@ -281,9 +289,10 @@ class _Course:
         return self._standing_out(self.excursions, order, self._ranges(order))
 
     def _standing_out(self, excursions: Array, order: Places, moves: Array) -> Places:
-        """Return the samples whose excursion exceeds twice the movement of the column without them.
+        """Return the samples whose excursion exceeds twice the movement of the other samples.
 
-        The movement is at least two quantisation steps.
+        The movement is at least two quantisation steps. If a sample stands out, all samples with
+        larger excursions are returned too.
 
         Parameters
         ----------
@@ -292,7 +301,8 @@ class _Course:
         order : (K,) array of int
             Samples in the order of decreasing excursions.
         moves : (K + 1,) array
-            Movement of the column without the first 0 to K of these samples.
+            Movement of the column, such as its largest second difference, without the first 0 to K
+            of these samples.
         """
         others = np.delete(self.values, order)
         if not len(order) or not len(others) or np.ptp(others) == 0:
@@ -301,7 +311,8 @@ class _Course:
         grain = _GRAIN * float(np.ptp(others))
         rough = quantisation_step(grain * np.round(others / grain))
         quantum = max(quantisation_step(others), rough, rounding(others))
-        standing = np.flatnonzero(excursions[order] > _TIMES * np.maximum(moves[1:], 2 * quantum))
+        least = _MIN_EXCURSION * np.maximum(moves[1:], 2 * quantum)
+        standing = np.flatnonzero(excursions[order] > least)
         if not len(standing):
             return order[:0]
         return np.sort(order[: standing[-1] + 1])
@@ -309,10 +320,10 @@ class _Course:
     def _largest_bends(self, order: Places) -> Array:
         """Return the largest second differences without the first 0 to K of K samples, (K + 1,)."""
         rank = _ranks(order, len(self.values))
-        beside = np.full(len(rank) + 2, len(order))
-        beside[1:-1] = rank
-        # A second difference counts as long as all three of its samples do.
-        least = np.minimum(np.minimum(beside[:-2], beside[1:-1]), beside[2:])
+        padded = np.full(len(rank) + 2, len(order))
+        padded[1:-1] = rank
+        # A second difference counts until the first of its three samples is left out.
+        least = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
         largest = np.zeros(len(order) + 1)
         np.maximum.at(largest, least, self.bends)
         return _from_the_end(np.maximum, largest)
@@ -333,19 +344,20 @@ class _Course:
     def jumps(self, time: float, times: Array) -> bool:
         """Return True if the column jumps near a time, s.
 
-        Its second differences there are then larger than those away from all given times, (k,), s.
+        The largest second difference near the time must then exceed twice the largest one that is
+        not near any of the given times, (k,), s.
         """
         kept = np.ones(len(self.values), dtype=bool)
         for each in times:
-            kept[self._about(each)] = False
-        here = float(self.bends[self._about(time)].max(initial=0.0))
+            kept[self._near(each)] = False
+        here = float(self.bends[self._near(time)].max(initial=0.0))
         elsewhere = float(self.bends[kept].max(initial=0.0))
-        return here > _TIMES * max(elsewhere, rounding(self.values))
+        return here > _MIN_EXCURSION * max(elsewhere, rounding(self.values))
 
-    def _about(self, time: float) -> slice:
+    def _near(self, time: float) -> slice:
         """Return the samples near a time, s, in which the column may respond to another column."""
         place = int(np.searchsorted(self.times, time))
-        before, after = _ANSWERS
+        before, after = _RESPONSE
         return slice(max(place + before - self.delay, 0), place + after + 1)
 
     def bridged(self, wild: Mask) -> "_Course":
@@ -382,7 +394,7 @@ def _ranks(order: Places, size: int) -> IntArray:
 
 
 def _from_the_end(extreme: np.ufunc, values: Array) -> Array:
-    """Return for each value the maximum or minimum (`extreme`) of it and all later values, (n,)."""
+    """Return the maximum or minimum (`extreme`) of each value and all later values, (n,)."""
     return np.asarray(extreme.accumulate(values[::-1])[::-1], dtype=float)
 
 
@@ -428,6 +440,7 @@ def _bridge(
     values : (N,) array
         Values of the column, which are changed.
     first, end : int
+        First replaced sample, and the one after the last.
     span : (int, int)
         First sample and the one after the last of the piece without gaps.
     modulus : float
@@ -457,7 +470,7 @@ def _bridge(
 
 
 def _unexplained(
-    role: str, places: Places, courses: Mapping[str, _Course], named: Sequence[float] | Array
+    role: str, places: Places, courses: Mapping[str, _Course], wild_times: Sequence[float] | Array
 ) -> Places:
     """Return the samples of a column whose jumps no other column explains.
 
@@ -466,11 +479,12 @@ def _unexplained(
     Parameters
     ----------
     role : str
+        Role of the searched column.
     places : (k,) array of int
         Samples of the column that jump.
     courses : mapping of str to _Course
         All columns by role.
-    named : (m,) array
+    wild_times : (m,) array
         Times of the wild samples of other columns, s.
     """
     times = courses[role].times[places]
@@ -478,6 +492,6 @@ def _unexplained(
     wild = [
         place
         for place, time in zip(places, times, strict=True)
-        if time in named or not any(course.jumps(time, times) for course in others)
+        if time in wild_times or not any(course.jumps(time, times) for course in others)
     ]
     return np.array(wild, dtype=np.intp)

@@ -1,7 +1,7 @@
-"""Numbers that restart after a modulus: their jumps are removed on request.
+"""Removal of jumps from columns whose numbers restart after a modulus, on request.
 
-A position continues over the modulus, turn after turn. Other columns lost their sign: -1 is written
-as the modulus minus 1.
+A position continues beyond the modulus, turn after turn. In other columns the jumps are a missing
+sign: -1 is written as the modulus minus 1.
 """
 
 import math
@@ -22,7 +22,7 @@ from axisid.support.settings import setting
 from .clocks import long_steps
 from .shifts_and_interpolation import Rows
 
-_MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
+_MAX_WRAPPED_SPAN = 1.001  # largest range of a wrapped position with noise, in moduli
 
 #: Example of a modulus: one turn.
 _IN_DEGREES = 'wrap = "360:deg" in run.toml'
@@ -36,9 +36,10 @@ class Modulus(NamedTuple):
     si : float
         Modulus in SI.
     factor : float
-        Factor to SI of the unit in which it was given, or of the column's own numbers.
+        Factor to SI of the unit in which the modulus was given; without a unit, that of the numbers
+        of the column.
     unit : str
-        Unit in messages.
+        Unit in messages; empty if it is unknown.
     """
 
     si: float
@@ -49,7 +50,7 @@ class Modulus(NamedTuple):
         return self.written(self.si)
 
     def written(self, size: float) -> str:
-        """Return a distance, given in SI, in the unit of the modulus."""
+        """Return the text of a distance, given in SI, in the unit of the modulus."""
         return f"{size / self.factor:.6g} {self.unit}".rstrip()
 
 
@@ -67,7 +68,7 @@ def unwound(
     axis : Axis or None
         Axis, whose coordinate shows if it rotates; None if it is unknown.
     gap : float
-        Longest time step that is no gap, in median steps.
+        Longest time step that is not a gap, in median steps.
 
     Raises
     ------
@@ -77,9 +78,9 @@ def unwound(
     for role, modulus in moduli.items():
         if role not in columns.samples:
             raise DataError(
-                f"{columns.source}: the modulus {modulus} is given for the {role}, but there is no "
-                f"such column. Name a column that is read ({', '.join(columns.samples)}), or omit "
-                "wrap in run.toml.",
+                f"{columns.source}: the modulus {modulus} is given for the {role}, but the log has "
+                f"no column of the {role}. Give wrap for a column of the log "
+                f"({', '.join(columns.samples)}), or omit wrap in run.toml.",
                 code="wrap",
             )
         if role == "position":
@@ -95,7 +96,12 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
     If there were jumps, the reference begins on the turn of the position, unless it spans more than
     the modulus. Across a gap the number of turns is unknown: the position is assumed to move by
     less than half a modulus, and the reference begins again on the turn of the position. Without a
-    jump nothing is changed. `gap` is the longest time step that is no gap, in median steps.
+    jump nothing is changed. `gap` is the longest time step that is not a gap, in median steps.
+
+    Raises
+    ------
+    DataError
+        The position spans more than the modulus, or still jumps after unwrapping.
     """
     source, samples = columns.source, {**columns.samples}
     span = float(np.ptp(samples["position"].values))
@@ -106,38 +112,50 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
             "omit wrap in run.toml.",
             code="wrap",
         )
-    gaps, counts, own_turn, pieces_moved = long_steps(samples["position"].times, gap), {}, False, 0
+    gaps = long_steps(samples["position"].times, gap)
+    # Subtract the jumps of each column, and count them by role.
+    counts: dict[str, int] = {}
+    own_turn = False
     for role in [role for role in ("position", "reference") if role in samples]:
         values = samples[role].values
-        # A column that spans more than the modulus counts the turns itself.
+        # A column that spans more than the modulus counts the turns itself. The position does not;
+        # after the loop, `own_turn` is that of the reference.
         own_turn = float(np.ptp(values)) > _MAX_WRAPPED_SPAN * modulus.si
         turns = np.round(np.diff(values, prepend=values[0]) / modulus.si) * (not own_turn)
-        values, counts[role] = values - modulus.si * np.cumsum(turns), int(np.count_nonzero(turns))
+        values = values - modulus.si * np.cumsum(turns)
+        counts[role] = int(np.count_nonzero(turns))
         if role == "position":  # a reference may step across the modulus
             _check_seams(source, values, np.flatnonzero(turns[1:]), gaps, modulus)
         samples[role] = replace(samples[role], values=values)
-    # Without a jump neither column is known to be wrapped, and no turn is wrong.
+    # Shift the reference to the turn of the position. Without a jump neither column is known to be
+    # wrapped, so nothing is shifted.
+    pieces_moved = 0
     if "reference" in samples and any(counts.values()):
         samples["reference"], pieces_moved = _on_positions_turn(
             samples, modulus.si, gap, own_turn=own_turn
         )
     counted = ", ".join(f"{role} {count}" for role, count in counts.items())
-    text = f"jumps by the modulus {modulus} removed: {counted}"
+    text = f"jumps by the modulus {modulus} are removed: {counted}"
     if len(gaps):
         across = "a gap" if len(gaps) == 1 else f"each of {len(gaps)} gaps"
         text += f"; across {across} the motion is assumed to be less than half the modulus"
-    text += f"; pieces of the reference shifted by whole moduli: {pieces_moved}" * bool(
-        pieces_moved
-    )
+    if pieces_moved:
+        text += f"; pieces of the reference that are shifted by whole moduli: {pieces_moved}"
     return columns.repaired(
         samples, Repair(kind="wrap", count=sum(counts.values()) + pieces_moved, text=text)
     )
 
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
-    """Return columns with values of half a modulus and more in one column read as negative.
+    """Return columns with the sign of one column restored.
 
-    Such numbers were written without their sign.
+    Numbers of half a modulus or more were written without their sign: the modulus is subtracted
+    from these numbers.
+
+    Raises
+    ------
+    DataError
+        A number is larger than the modulus.
     """
     samples, scale = columns.samples[role], columns.scales.get(role, Scale())
     sign = math.copysign(1.0, scale.factor)
@@ -145,8 +163,8 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
     if float(np.abs(written).max()) > modulus.si:
         raise DataError(
             f"{columns.source}: the {role} reaches {modulus.written(np.abs(written).max())}, more "
-            f"than the modulus {modulus}. Give the modulus in the unit of the column, or with its "
-            "unit, or omit wrap in run.toml.",
+            f"than the modulus {modulus}. Set wrap in run.toml to the modulus in the unit of the "
+            "column or with its unit, or omit wrap.",
             code="wrap",
         )
     beyond = written >= modulus.si / 2
@@ -158,7 +176,8 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
         Repair(
             kind="wrap",
             count=count,
-            text=f"{role}: {count} values of half the modulus {modulus} and more read as negative",
+            text=f"{role}: {count} values of half the modulus {modulus} or more are read as "
+            "negative",
         ),
     )
 
@@ -168,15 +187,27 @@ def _on_positions_turn(
 ) -> tuple[Samples, int]:
     """Return the reference shifted by whole moduli to the turn of the position.
 
-    The second value is the number of shifted pieces between gaps. The reference is shifted at its
-    start and after each gap. At its start it is not shifted if it counts the turns itself
-    (`own_turn`). `modulus` is in SI, `gap` in median time steps.
+    The second value is the number of shifted pieces. A piece begins at the start of the reference
+    and after each gap.
+
+    Parameters
+    ----------
+    samples : mapping of str to Samples
+        Columns by role, with position and reference.
+    modulus : float
+        Modulus, SI.
+    gap : float
+        Longest time step that is not a gap, in median steps.
+    own_turn : bool
+        True if the reference counts the turns itself; its first piece is then not shifted.
     """
+    # First samples of the pieces: after gaps of the position, and of the reference.
     position, reference = samples["position"], samples["reference"]
     clock, reference_clock = position.times, reference.times
     after = np.searchsorted(reference_clock, clock[long_steps(position.times, gap) + 1])
     starts = np.unique(np.concatenate([[0], after, long_steps(reference.times, gap) + 1]))
     starts = starts[starts < len(reference_clock)]
+    # Turns by which each piece differs from the position at its first sample.
     nearest = np.minimum(np.searchsorted(clock, reference_clock[starts]), len(clock) - 1)
     turns = np.round((position.values[nearest] - reference.values[starts]) / modulus)
     if own_turn:
@@ -189,10 +220,10 @@ def _on_positions_turn(
 
 
 def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulus: Modulus) -> None:
-    """Refuse a modulus that leaves a jump of the position where it removed one.
+    """Refuse a modulus with which the position still jumps where a jump was removed.
 
-    A remaining jump is a step that differs from the mean of its neighbours by more than any other
-    step does.
+    The difference of a step from the mean of its two neighbours is compared: the position still
+    jumps if the median difference at removed jumps exceeds five times the largest one elsewhere.
 
     Parameters
     ----------
@@ -204,7 +235,12 @@ def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulu
         Steps from which jumps were removed, and steps across gaps.
     modulus : Modulus
         Modulus by which the position was unwrapped.
+
+    Raises
+    ------
+    DataError
     """
+    # Differences of steps from the mean of their neighbours, without steps next to jumps or gaps.
     bends = np.abs(np.diff(unwrapped, 3)) / 2
     special = np.zeros(len(unwrapped) - 1, dtype=bool)
     special[places] = special[gaps] = True
@@ -216,7 +252,7 @@ def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulu
     if jump > max(5 * float(elsewhere.max(initial=0.0)), 1e-4 * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(jump)} after unwrapping with "
-            f"the modulus {modulus}, for instance before data row {seams[0] + 2}. Give the correct "
+            f"the modulus {modulus}, for instance before data row {seams[0] + 2}. Set the correct "
             f"modulus with its unit, as in {_IN_DEGREES}.",
             code="wrap",
         )
@@ -227,7 +263,21 @@ def _remaining_jumps(
 ) -> list[str]:
     """Return notes on jumps of a position: steps of over half its range during slow motion.
 
-    Jumps by whole turns, and jumps that a given modulus does not remove, are refused.
+    Parameters
+    ----------
+    columns : RoleColumns
+        Columns by role; there are no notes without a position.
+    axis : Axis or None
+        Axis, whose coordinate shows if it rotates; None if it is unknown.
+    gap : float
+        Longest time step that is not a gap, in median steps.
+    modulus : Modulus or None
+        Modulus by which the position was unwrapped; None for none.
+
+    Raises
+    ------
+    DataError
+        The position jumps by whole turns, or by jumps that a given modulus does not remove.
     """
     position = columns.samples.get("position")
     if position is None:
@@ -243,28 +293,27 @@ def _remaining_jumps(
     times = f" ({len(places)} such jumps)" if len(places) > 1 else ""
     unit = axis.coordinate.unit if axis is not None else "(m or rad)"
     jumps = f"the position jumps by {size:.4g} {unit} before data row {places[0] + 2}{times}"
-    turns = axis is None or axis.coordinate.unit == "rad"
+    # A jump by one turn in rad, or in deg; it differs a little, as the axis moves on meanwhile.
+    may_rotate = axis is None or axis.coordinate.unit == "rad"
+    in_rad = may_rotate and abs(size / (2 * math.pi) - 1) < 0.05
+    in_deg = may_rotate and abs(size / 360.0 - 1) < 0.05
+    is_wrapped = "as if it restarted after each turn. The position is probably wrapped"
     refuse(
         DataError,
         (
             modulus is not None,
-            f"which the modulus {modulus} does not remove. Give the correct modulus with its unit, "
+            f"which the modulus {modulus} does not remove. Set the correct modulus with its unit, "
             f"as in {_IN_DEGREES}",
         ),
-        *(
-            (
-                turns and abs(size / turn - 1) < 0.05,  # the axis moves on during a jump
-                f"as if it restarted after each turn. It looks wrapped. Add {more}{_IN_DEGREES}",
-            )
-            for turn, more in (
-                (2 * math.pi, ""),
-                (360.0, f"{setting('columns', {'position': 'NAME:deg'})} and "),
-            )
+        (in_rad, f"{is_wrapped}. Set {_IN_DEGREES}"),
+        (
+            in_deg,
+            f"{is_wrapped}. Set {setting('columns', {'position': 'NAME:deg'})} and {_IN_DEGREES}",
         ),
         before=f"{columns.source}: {jumps}, ",
         code="wrap",
     )
     return [
-        f"{jumps}. If the position restarts there, give the modulus after which it restarts (wrap "
-        "in run.toml)"
+        f"{jumps}. If the position restarts there, set wrap in run.toml to the modulus after which "
+        "it restarts"
     ]

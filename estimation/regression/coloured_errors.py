@@ -20,22 +20,24 @@ from .linear import CovarianceEstimate
 # the samples masked, at random or in blocks, the standard error is 0.9 to 1.4 times the scatter
 _MIN_PAIRS = 0.25
 
-_LONGEST = 0.1  # s, of an autoregression
+_LONGEST = 0.1  # s, duration of the highest order of an autoregression
 _FEWEST = 20  # orders that are tried for any sampling period
-_ROWS_PER_ORDER = 10
+_ROWS_PER_ORDER = 10  # rows for each order and output, at least
 
-_ROUNDING = 1e-9
-_OWN = 1e-6  # of each output's variance: added as independent noise, so that outputs are distinct
-# covariance relative to the variance, below which it is set to 0; checked every so many lags
-_FORGOTTEN, _ASKED = 1e-12, 256
-_PATIENCE = 250  # orders beyond twice the best one, after which no higher order is tried
+_ROUNDING = 1e-9  # relative size of a difference that is rounding
+# independent noise that is added to each output, relative to its variance, so that no output is an
+# exact function of the other outputs
+_ADDED_VARIANCE = 1e-6
+_NEGLIGIBLE = 1e-12  # covariance relative to the variance, below which it is set to 0
+_LAGS_BETWEEN_TESTS = 256  # lags after which `_NEGLIGIBLE` is tested again
+_PATIENCE = 250  # orders beyond twice the best order, after which no higher order is tried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Autoregression:
     """Autoregression ``e_t = -A_1 e_{t-1} - ... + w_t`` of m outputs.
 
-    The rows of the outputs alternate: those of one sample are neighbours.
+    The rows of the outputs alternate: the rows of all outputs at one sample follow each other.
 
     Attributes
     ----------
@@ -53,7 +55,7 @@ class Autoregression:
 
     @property
     def order(self) -> int:
-        """Order p."""
+        """Order p, the number of coefficients ``A_1, ..., A_p``."""
         return len(self.coefficients) - 1
 
     @property
@@ -64,30 +66,34 @@ class Autoregression:
     def covariances_to(self, lags: int) -> Array:
         """Return the autocovariances ``C_0, ..., C_(lags - 1)`` of the errors, (lags, m, m).
 
-        Beyond the order they follow from ``C_k = -A_1 C_(k-1) - ...``; negligible ones are 0.
+        Beyond the order they follow from ``C_k = -A_1 C_(k-1) - ... - A_p C_(k-p)``. Negligible
+        autocovariances are 0.
         """
         m, p = self.outputs, self.order
         found = np.zeros((lags, m, m))
         found[: p + 1] = self.covariances[:lags]
-        before = -self.coefficients[:0:-1].transpose(1, 0, 2).reshape(m, p * m)
+        # The row ``-A_p, ..., -A_1`` of matrices, (m, p m), for the last p autocovariances.
+        row = -self.coefficients[:0:-1].transpose(1, 0, 2).reshape(m, p * m)
         for k in range(p + 1, lags if p else 0):
-            if k % _ASKED == 0:
+            if k % _LAGS_BETWEEN_TESTS == 0:
                 recent, variance = np.abs(found[k - p : k]).max(), np.abs(found[0]).max()
-                if recent < _FORGOTTEN * variance:
+                if recent < _NEGLIGIBLE * variance:
                     break
-            found[k] = before @ found[k - p : k].reshape(p * m, m)
+            found[k] = row @ found[k - p : k].reshape(p * m, m)
         return found
 
     def coloured(self, columns: Array) -> Array:
         """Return ``A' Omega A`` for columns A, (m n, k), and errors of one stretch, (k, k).
 
-        Omega is the covariance matrix of the errors. The product is computed by Fourier transforms
-        of at least twice the length of the stretch, so that there is no wrap-around.
+        Omega is the covariance matrix of the errors of the n samples, a block Toeplitz matrix. The
+        product is computed by Fourier transforms of at least twice the length of the stretch, so
+        that there is no wrap-around.
         """
         n = len(columns) // self.outputs
         if not n:
             return np.zeros((columns.shape[1],) * 2)
         size = next_fast_len(2 * n - 1, real=True)
+        # Autocovariances of positive lags at the beginning, of negative lags at the end.
         circle = np.zeros((size, self.outputs, self.outputs))
         circle[:n] = self.covariances_to(n)
         circle[size - n + 1 :] = circle[n - 1 : 0 : -1].transpose(0, 2, 1)
@@ -110,37 +116,48 @@ class Autoregression:
         """
         samples, longest = max(rows // self.outputs, 1), max(map(len, pieces)) // self.outputs
         size = next_fast_len(longest + max(longest, self.order + 1), real=True)
-        spread, by_lag = np.zeros_like(self.variance), np.zeros_like(self.covariances)
-        answer = np.linalg.inv(rfft(self.coefficients, size, axis=0))
+        # Derivatives of ``a' Omega a`` by W, (m, m), and by the coefficients of each lag. The
+        # spectrum of the errors is ``H W H^H`` with the inverse H of that of the coefficients.
+        by_variance, by_lag = np.zeros_like(self.variance), np.zeros_like(self.covariances)
+        response = np.linalg.inv(rfft(self.coefficients, size, axis=0))
         for piece in pieces:
-            seen = answer.conj().transpose(0, 2, 1) @ self._spectra(piece[:, None], size)
-            across = seen.transpose(0, 2, 1)
-            spread += _mean_product(across, across, size)
-            crossed = (answer @ self.variance @ seen).conj().transpose(0, 2, 1)
+            # The column seen by the innovations, ``H^H a``, (f, m, 1).
+            seen = response.conj().transpose(0, 2, 1) @ self._spectra(piece[:, None], size)
+            as_row = seen.transpose(0, 2, 1)
+            by_variance += _mean_product(as_row, as_row, size)
+            crossed = (response @ self.variance @ seen).conj().transpose(0, 2, 1)
             by_lag -= 2 * irfft(seen * crossed, size, axis=0)[: self.order + 1]
-        whole = float(np.sum(spread * self.variance))
-        if not whole > 0:
+        value = float(np.sum(by_variance * self.variance))  # a' Omega a
+        if not value > 0:
             return 2 / samples
-        moved = self.variance @ spread
-        share = 2 * float(np.sum(moved * moved.T))
+        # Variances of ``a' Omega a`` for N = 1, due to W and due to the coefficients.
+        product = self.variance @ by_variance
+        variance = 2 * float(np.sum(product * product.T))
         if self.order:
-            share += self._of_coefficients(by_lag[1:])
-        return share / samples / whole / whole
+            variance += self._variance_by_coefficients(by_lag[1:])
+        return variance / samples / value / value
 
-    def _of_coefficients(self, slopes: Array) -> float:
-        """Return the variance due to the coefficients for N = 1, from derivatives, (p, m, m)."""
+    def _variance_by_coefficients(self, slopes: Array) -> float:
+        """Return the variance of a number due to the estimated coefficients, for N = 1 sample.
+
+        `slopes`, (p, m, m), has the derivatives of the number by the coefficients.
+        """
         from scipy.linalg import cho_factor, cho_solve
 
         p, m = self.order, self.outputs
+        # The block Toeplitz covariance C of p errors, (p m, p m).
         lags = np.subtract.outer(np.arange(p), np.arange(p))
         blocks = self.covariances[np.abs(lags)]
         blocks = np.where((lags > 0)[:, :, None, None], blocks.transpose(0, 1, 3, 2), blocks)
-        whole = blocks.transpose(0, 2, 1, 3).reshape(p * m, p * m)
-        wide = slopes.transpose(0, 2, 1).reshape(p * m, m)
-        return float(np.sum(cho_solve(cho_factor(whole), wide) @ self.variance * wide))
+        toeplitz = blocks.transpose(0, 2, 1, 3).reshape(p * m, p * m)
+        stacked = slopes.transpose(0, 2, 1).reshape(p * m, m)
+        return float(np.sum(cho_solve(cho_factor(toeplitz), stacked) @ self.variance * stacked))
 
     def _spectra(self, columns: Array, size: int) -> NDArray[np.complex128]:
-        """Return the Fourier transforms of columns (m n, k) by output, (f, m, k)."""
+        """Return the Fourier transforms of columns, (m n, k), by frequency and output, (f, m, k).
+
+        `size` is the length of the transform, in samples.
+        """
         by_sample = columns.reshape(-1, self.outputs, columns.shape[1])
         return np.asarray(rfft(by_sample, size, axis=0))
 
@@ -155,11 +172,11 @@ def _mean_product(one: NDArray[np.complex128], other: NDArray[np.complex128], si
     size : int
         Number of all frequencies.
     """
-    weights = np.full(len(one), 2 / size)  # for negative frequencies too
+    # Twice for negative frequencies, except for frequency 0 and the Nyquist frequency.
+    weights = np.full(len(one), 2 / size)
     weights[0] = weights[size // 2 + size % 2 :] = 1 / size
-    left, right = (
-        each.reshape(-1, each.shape[2]) for each in (one, other * weights[:, None, None])
-    )
+    weighted = other * weights[:, None, None]
+    left, right = one.reshape(-1, one.shape[2]), weighted.reshape(-1, other.shape[2])
     return np.asarray((left.conj().T @ right).real)
 
 
@@ -173,18 +190,22 @@ def autoregression_of(
 
     Parameters
     ----------
-    pieces : sequence of (n,) array
-        Stretches without gaps; between stretches there is no correlation.
+    pieces : sequence of (m n,) array
+        Errors of stretches without gaps; between stretches there is no correlation. The rows of all
+        outputs at one sample follow each other.
     period : float
         Sampling period, s.
-    counted : sequence of (n,) array of bool, optional
-        True for measured errors; other errors are 0, and pairs with them are left out.
+    counted : sequence of (m n,) array of bool, optional
+        True for measured errors; the other errors are 0, and pairs with them are left out. By
+        default all errors are measured.
     outputs : int
-        Number of outputs m, whose rows of a sample are neighbours.
+        Number of outputs m.
     """
     rows = sum(map(len, pieces)) // outputs
-    there = np.concatenate([*(each[::outputs] for each in counted or ()), np.zeros(0, dtype=bool)])
-    used = rows if counted is None else int(np.sum(there))
+    # True for each measured sample; empty if all are measured.
+    masks = [each[::outputs] for each in counted or ()]
+    is_measured = np.concatenate([*masks, np.zeros(0, dtype=bool)])
+    used = rows if counted is None else int(np.sum(is_measured))
     if not used:
         return levinson_whittle(np.zeros((1, outputs, outputs)), 0)
     most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
@@ -192,23 +213,22 @@ def autoregression_of(
     products = order.autocovariances(np.concatenate(pieces).reshape(-1, outputs), most)
     if used < rows:
         # Masked samples: scale the sums to all pairs; leave out lags with few measured pairs.
-        whole, pairs = (
-            np.rint(order.autocovariances(each[:, None], most))
-            for each in (np.ones(rows), there.astype(float))
-        )
+        all_pairs = np.rint(order.autocovariances(np.ones(rows)[:, None], most))
+        pairs = np.rint(order.autocovariances(is_measured.astype(float)[:, None], most))
         few = np.flatnonzero(pairs < _MIN_PAIRS * used)
-        told = slice(0, int(few[0]) if len(few) else None)
-        products = products[told] * whole[told] / pairs[told]
-        used = int(pairs[told].min())  # the criterion must not count pairs that are missing
+        usable = slice(0, int(few[0]) if len(few) else None)
+        products = products[usable] * all_pairs[usable] / pairs[usable]
+        used = int(pairs[usable].min())  # the criterion must not count pairs that are missing
     return levinson_whittle(products / rows, used)
 
 
 def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
     """Return the autoregression of minimal ``N log det V + 2 p m^2`` over the orders p.
 
-    Levinson's recursion for several outputs [Whittle1963]_: forward and backward autoregressions of
-    order p give those of order p + 1. Several outputs get independent noise of a thousandth of
-    their standard deviation each, as one output may be a function of the others.
+    V is the covariance of the innovations. Levinson's recursion for several outputs [Whittle1963]_:
+    forward and backward autoregressions of order p give those of order p + 1. Independent noise of
+    a thousandth of its standard deviation is added to each of several outputs, because one output
+    may be a function of the others.
 
     Parameters
     ----------
@@ -219,7 +239,9 @@ def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
     """
     lagged = covariances.copy()
     if len(lagged[0]) > 1:
-        lagged[0] = lagged[0] + np.diag(_OWN * np.diag(lagged[0]))
+        lagged[0] = lagged[0] + np.diag(_ADDED_VARIANCE * np.diag(lagged[0]))
+    # Coefficients of the forward and of the backward autoregression, (p + 1, m, m), and the
+    # covariances v and u of their innovations.
     unit = np.eye(len(lagged[0]))[None]
     ahead, behind, v, u = unit, unit, lagged[0], lagged[0]
     best = Autoregression(coefficients=unit, variance=v, covariances=lagged[:1])
@@ -229,6 +251,7 @@ def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
     for p in range(1, len(lagged)):
         if p > _PATIENCE + 2 * best.order:
             break  # the cost of an order grows with the order
+        # Partial covariance at lag p, and the last coefficients of the next order.
         partial = np.einsum("pij,pjk->ik", ahead, lagged[p:0:-1])
         first, second = -np.linalg.solve(u.T, partial.T).T, -np.linalg.solve(v.T, partial).T
         pad = np.zeros_like(unit)
@@ -237,7 +260,7 @@ def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
         v, u = v + first @ partial.T, u + second @ partial
         v, u = (v + v.T) / 2, (u + u.T) / 2
         if min(np.linalg.eigvalsh(v)[0], np.linalg.eigvalsh(u)[0]) <= 0:
-            break
+            break  # by rounding
         criterion = samples * np.linalg.slogdet(v)[1] + 2 * p * v.size
         if criterion < least:
             least = criterion
@@ -248,8 +271,9 @@ def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
 def sum_covariances(found: Sequence[CovarianceEstimate]) -> CovarianceEstimate:
     """Return the sum of independent covariances with its degrees of freedom.
 
-    For the sum of variances ``v_i`` with ``nu_i`` degrees of freedom they are
-    ``(sum v_i)^2 / sum (v_i^2 / nu_i)`` (Welch-Satterthwaite).
+    The degrees of freedom of a sum of variances ``v_i`` with ``nu_i`` degrees of freedom are
+    ``(sum v_i)^2 / sum (v_i^2 / nu_i)`` (Welch-Satterthwaite). They are infinite for a variance of
+    0.
     """
     matrix = np.sum([each.matrix for each in found], axis=0)
     variances = np.diag(matrix)
@@ -263,13 +287,14 @@ def autoregressive_covariance(
 ) -> CovarianceEstimate:
     """Return ``A' Omega A`` for columns A, (n, k), and errors that follow an autoregression.
 
-    The degrees of freedom are ``2 / relative variance`` of each variance due to the estimated
-    autoregression, minus those that the fit has taken from the errors.
+    Each variance has the degrees of freedom ``2 / r``, with its relative variance r due to the
+    estimated autoregression, minus the degrees of freedom that the fit has taken from the errors.
+    The variances are increased by the ratio of the two.
 
     Parameters
     ----------
     columns : (n, k) array
-        Influence of the errors on k quantities.
+        Influence A of the errors on k quantities.
     model : Autoregression
         Autoregression of the errors of one record.
     spans : sequence of slice
@@ -279,10 +304,12 @@ def autoregressive_covariance(
     taken : float
         Degrees of freedom that the fit has taken from the errors.
     """
-    zero = np.zeros((columns.shape[1], columns.shape[1]))
-    matrix = sum((model.coloured(columns[each]) for each in spans), zero)
+    # Stretches are independent of each other.
+    matrix = np.zeros((columns.shape[1], columns.shape[1]))
+    for span in spans:
+        matrix = matrix + model.coloured(columns[span])
     dof_of_model = np.array(
-        [2 / model.uncertainty([column[each] for each in spans], rows) for column in columns.T]
+        [2 / model.uncertainty([column[span] for span in spans], rows) for column in columns.T]
     )
     dof = np.maximum(dof_of_model - taken, 1.0)
     inflation = np.divide(
@@ -314,15 +341,19 @@ def clustered_covariance(
     ----------
     [Wooldridge2010]_, chapter 20.
     """
+    # Scores, (w, k), and products ``A_w' A_w``, (w, k, k), of each window.
     scores = np.array([columns[rows].T @ errors[rows] for rows in windows])
-    own = np.array([columns[rows].T @ columns[rows] for rows in windows])
-    whole, inverse = own.sum(axis=0), np.linalg.pinv(own.sum(axis=0), hermitian=True)
-    sizes = np.diagonal(own, axis1=1, axis2=2)
+    products = np.array([columns[rows].T @ columns[rows] for rows in windows])
+    whole = products.sum(axis=0)
+    inverse = np.linalg.pinv(whole, hermitian=True)
+    # Effective number of windows of each column.
+    sizes = np.diagonal(products, axis1=1, axis2=2)
     count = sizes.sum(axis=0) ** 2 / np.maximum(np.sum(sizes**2, axis=0), np.finfo(float).tiny)
-    remaining = np.diag(whole) - np.einsum("gjk,kl,glj->j", own, inverse, own)
-    # A parameter that a single window determines has no scatter over windows.
-    is_told = remaining > _ROUNDING * np.diag(whole)
-    inflation = np.divide(np.diag(whole), remaining, out=np.ones_like(remaining), where=is_told)
+    # Variance that remains after the fit, for equal errors. A parameter that a single window
+    # determines has no scatter over windows, and is not inflated.
+    remaining = np.diag(whole) - np.einsum("gjk,kl,glj->j", products, inverse, products)
+    has_scatter = remaining > _ROUNDING * np.diag(whole)
+    inflation = np.divide(np.diag(whole), remaining, out=np.ones_like(remaining), where=has_scatter)
     matrix = scores.T @ scores
     return CovarianceEstimate(
         matrix=widened(matrix, np.diag(matrix) * inflation),
@@ -333,7 +364,7 @@ def clustered_covariance(
 def widened(covariance: Array, least: Array) -> Array:
     """Return a covariance, (k, k), with variances raised to at least `least`, (k,).
 
-    The correlations do not change.
+    Rows and columns are scaled, so that the correlations do not change. A variance of 0 stays 0.
     """
     variances = np.diag(covariance)
     ratio = np.divide(least, variances, out=np.ones_like(variances), where=variances > 0)

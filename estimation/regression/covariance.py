@@ -2,7 +2,7 @@
 
 An estimate is linear in the residuals to first order: ``theta_hat - theta = A' e``, with the
 influence A, ``X (X'X)^-1`` for least squares and ``Z (X'Z)^-1`` for instruments. The estimators
-differ in what they assume of e.
+differ in their assumptions on e.
 """
 
 from abc import ABC, abstractmethod
@@ -50,18 +50,18 @@ def applied_covariance(
     *,
     is_corrected: bool = False,
 ) -> CovarianceEstimate:
-    """Return a covariance with ``n - k`` degrees of freedom.
+    """Return a covariance of k parameters from n rows, with ``n - k`` degrees of freedom.
 
     Parameters
     ----------
     matrix : (k, k) array
         Covariance before the correction for small samples.
     shape : (int, int)
-        Rows n and parameters k.
+        Numbers of rows n and parameters k.
     note : CovarianceNote or str
-        Note on the estimator; a string names a covariance of your own.
+        Note on the estimator; a text is the name of an estimator of your own.
     is_corrected : bool
-        True if the matrix is multiplied by ``n/(n - k)`` for small samples.
+        True to multiply the matrix by ``n/(n - k)`` for small samples.
     """
     n, k = shape
     if isinstance(note, str):
@@ -137,42 +137,51 @@ class Hac(Covariance):
         Number of lags L with correlated scores; None takes the plug-in rule of [NeweyWest1994]_ for
         the parameter with the largest number of lags, at most the root of the number of rows.
     widened : bool or None
-        True if no standard error may be smaller than that of `covariance_of_ar1` where few scores
-        are independent; None does so if the lags are not given. This is correct for parameters of
-        the fit and their restrictions, as a fit reduces the slow part of its residuals. Other
-        directions, as a term that is not in the model or the difference of two estimators, are not
-        reduced by the fit, and the kernel alone has the correct size.
+        True to raise standard errors to those of `covariance_of_ar1` where few scores are
+        independent; None to do so only if the lags are not given. The raised standard errors are
+        correct for parameters of the fit and their restrictions, because a fit reduces the slow
+        part of its residuals. A fit does not reduce other directions, such as a term that is not in
+        the model or the difference of two estimators; there the kernel alone has the correct size.
     """
 
     lags: int | None = None
     widened: bool | None = None
 
     def __post_init__(self) -> None:
-        whole = isinstance(self.lags, (int, np.integer))
-        if self.lags is not None and not (whole and self.lags >= 0):
+        """Refuse lags that are not a whole number of 0 or more."""
+        is_whole = isinstance(self.lags, (int, np.integer))
+        if self.lags is not None and not (is_whole and self.lags >= 0):
             raise UsageError(
-                f"the lags are {self.lags!r}; give a whole number, or None to choose.",
+                f"the lags are {self.lags!r}. Give a whole number of 0 or more, or None to choose "
+                "the lags from the data.",
                 code="result",
             )
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """Return the HAC covariance; many lags or slow scores reduce the degrees of freedom."""
+        """Return the HAC covariance, (k, k), with degrees of freedom and a note.
+
+        Many lags and slow scores reduce the degrees of freedom. Where few scores are independent,
+        standard errors are raised to those of AR(1) residuals, see `widened`.
+        """
         applied = self.of_scores(_scores(solution), solution.neighbours)
-        widens = self.lags is None if self.widened is None else self.widened
-        if not (widens and float(applied.freedom.min()) < FEW_SCORES.value):
+        may_widen = self.lags is None if self.widened is None else self.widened
+        if not (may_widen and float(applied.freedom.min()) < FEW_SCORES.value):
             return applied
-        other, variances = covariance_of_ar1(solution), np.diag(applied.matrix)
-        least = np.diag(other.matrix)
-        wider = (variances > 0) & (least > variances)
+        of_ar1, variances = covariance_of_ar1(solution), np.diag(applied.matrix)
+        least = np.diag(of_ar1.matrix)
+        is_raised = (variances > 0) & (least > variances)
         return replace(
             applied,
             matrix=widened(applied.matrix, least),
-            freedom=np.where(wider, other.freedom, applied.freedom),
-            note=replace(applied.note, is_at_least_ar1=bool(wider.any())),
+            freedom=np.where(is_raised, of_ar1.freedom, applied.freedom),
+            note=replace(applied.note, is_at_least_ar1=bool(is_raised.any())),
         )
 
     def of_scores(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
-        """Return the covariance from scores of an estimate, (n, k), never widened."""
+        """Return the covariance of an estimate from its scores, (n, k).
+
+        Standard errors are not raised to those of AR(1) residuals.
+        """
         kernel = self.long_run(scores, neighbours)
         applied = applied_covariance(kernel.matrix, scores.shape, kernel.note, is_corrected=True)
         return replace(applied, freedom=np.minimum(kernel.freedom, applied.freedom))
@@ -189,48 +198,60 @@ class Hac(Covariance):
         UsageError
             The given lags are more than a quarter of the rows.
         """
-        rows, whitens = len(scores), self.lags is None
-        white, colour = self.whitened(scores, neighbours)
+        rows, is_prewhitened = len(scores), self.lags is None
+        # Prewhitened scores, with the coefficient rho of each parameter; 0 with given lags.
+        white, rho = self.whitened(scores, neighbours)
         lags = plug_in_lags(white, rows) if self.lags is None else self.lags
-        gain, weights = 1 / (1 - colour), 1 - np.arange(1, lags + 1) / (lags + 1)  # Bartlett's
-        kernel = 1 + 2 * float(np.sum(weights**2))
-        coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
+        # Recolouring factor of each parameter, and Bartlett's weights of the lags.
+        gain, weights = 1 / (1 - rho), 1 - np.arange(1, lags + 1) / (lags + 1)
+        of_kernel = 1 + 2 * float(np.sum(weights**2))
+        of_prewhitening = 2 * (1 + rho) / (1 - rho) if is_prewhitened else 0.0
+        freedom = rows / (of_kernel + of_prewhitening) * np.ones_like(rho)
         rule: LagRule = "plug-in"
-        if not whitens:
+        if not is_prewhitened:
             rule = "given"
         elif lags == most_lags(rows):
             rule = "plug-in, capped"
         return CovarianceEstimate(
             matrix=bartlett_sum(white, lags) * np.outer(gain, gain),
-            freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
-            note=CovarianceNote(kind="hac", lags=lags, lag_rule=rule, is_prewhitened=whitens),
+            freedom=np.asarray(freedom, dtype=float),
+            note=CovarianceNote(
+                kind="hac", lags=lags, lag_rule=rule, is_prewhitened=is_prewhitened
+            ),
         )
 
     def whitened(self, scores: Array, neighbours: RowTimes) -> tuple[Array, Array]:
         """Return prewhitened scores, (N, k), and their first-order autoregression, (k,).
 
-        The scores are on a grid of times, with zeros for missing rows. If the lags are given, the
+        The scores are on a grid of N times, with zeros for missing rows. If the lags are given, the
         scores are not prewhitened and the autoregression is 0.
+
+        Raises
+        ------
+        UsageError
+            The given lags are more than a quarter of the rows.
         """
         rows = len(scores)
         if self.lags is not None:
             if self.lags > rows // 4:
                 raise UsageError(
-                    f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
+                    f"{self.lags} lags are too many for {rows} rows. Give {rows // 4} lags or "
+                    "fewer.",
                     code="result",
                 )
             return neighbours.on_grid(scores, int(self.lags) + 1), np.zeros(scores.shape[1])
-        # No product has two rows farther apart than the largest lag, or the lags of the rule.
-        placed = neighbours.on_grid(scores, max(most_lags(rows), _lags_of_rule(rows)) + 2)
+        # Gaps longer than the largest lag, or the lags of the rule, are shortened to it: no product
+        # has two rows farther apart.
+        on_grid = neighbours.on_grid(scores, max(most_lags(rows), _lags_of_rule(rows)) + 2)
         # First-order coefficient of each parameter's scores, limited to avoid a unit root.
-        power = np.einsum("tk,tk->k", placed, placed)
-        next_to = np.einsum("tk,tk->k", placed[1:], placed[:-1])
-        slope = np.divide(next_to, power, out=np.zeros_like(power), where=power > 0)
+        power = np.einsum("tk,tk->k", on_grid, on_grid)
+        of_neighbours = np.einsum("tk,tk->k", on_grid[1:], on_grid[:-1])
+        slope = np.divide(of_neighbours, power, out=np.zeros_like(power), where=power > 0)
         most = MAX_AUTOREGRESSION.value
-        colour = np.clip(np.where(np.isfinite(slope), slope, 0.0), -most, most)
-        white = np.concatenate([placed, np.zeros((1, placed.shape[1]))])
-        white[1:] -= colour * placed
-        return white, colour
+        rho = np.clip(np.where(np.isfinite(slope), slope, 0.0), -most, most)
+        white = np.concatenate([on_grid, np.zeros((1, on_grid.shape[1]))])
+        white[1:] -= rho * on_grid
+        return white, rho
 
 
 def bartlett_sum(scores: Array, lags: int) -> Array:
@@ -248,6 +269,7 @@ def bartlett_sum(scores: Array, lags: int) -> Array:
         Largest lag.
     """
     width = lags + 1
+    # The sums S_t of L successive scores are differences of cumulative sums.
     summed = np.zeros((len(scores) + width, scores.shape[1]))
     np.cumsum(scores, axis=0, out=summed[1 : len(scores) + 1])
     summed[len(scores) + 1 :] = summed[len(scores)]
@@ -260,16 +282,17 @@ def plug_in_lags(scores: Array, rows: int) -> int:
     """Return the number of lags by the plug-in rule for prewhitened scores, (n, k).
 
     It is the largest number over the parameters, so that neither units nor signs matter, and at
-    most `most_lags` of `rows`, the number of rows without the missing ones.
+    most `most_lags`. `rows` is the number of rows without missing rows.
     """
-    looked_at = _lags_of_rule(rows)
-    sums = np.array(
+    # Autocovariances of each parameter's scores by lag, (lags + 1, k).
+    autocovariances = np.array(
         [
             np.einsum("tk,tk->k", scores[lag:], scores[: len(scores) - lag]) / rows
-            for lag in range(looked_at + 1)
+            for lag in range(_lags_of_rule(rows) + 1)
         ]
     )
-    return min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
+    by_parameter = [lags_of(list(of_one), rows) for of_one in autocovariances.T]
+    return min(max(by_parameter), most_lags(rows))
 
 
 def _lags_of_rule(rows: int) -> int:
@@ -280,7 +303,8 @@ def _lags_of_rule(rows: int) -> int:
 def most_lags(n: int) -> int:
     """Return the largest number of lags for n rows, ``sqrt(n)``, which keeps HAC consistent.
 
-    Where the scores of neighbours cancel, the plug-in rule alone has no bound.
+    The plug-in rule alone has no bound: where the scores of neighbours cancel, it divides by a sum
+    near 0.
     """
     return int(n**0.5)
 
@@ -293,7 +317,7 @@ def lags_of(sums: Sequence[float], n: int) -> int:
     Parameters
     ----------
     sums : sequence of float
-        Autocovariances g_l of one parameter's scores from lag 0.
+        Autocovariances g_l of one parameter's scores, from lag 0.
     n : int
         Number of rows.
     """
@@ -305,13 +329,23 @@ def lags_of(sums: Sequence[float], n: int) -> int:
 
 
 def delta_method(covariance: Array, jacobian: Array) -> Array:
-    """Return ``J Sigma J'``, the first-order covariance of a mapped estimate, exactly symmetric."""
+    """Return ``J Sigma J'``, (p, p), the first-order covariance of a mapped estimate.
+
+    The matrix is exactly symmetric.
+
+    Parameters
+    ----------
+    covariance : (k, k) array
+        Covariance Sigma of the estimate.
+    jacobian : (p, k) array
+        Derivatives J of the map by the estimate.
+    """
     mapped = jacobian @ covariance @ jacobian.T
     return np.asarray((mapped + mapped.T) / 2, dtype=float)
 
 
 def correlation(covariance: Array) -> Array:
-    """Return the correlation matrix of a covariance, (k, k)."""
+    """Return the correlation matrix, (k, k), of a covariance matrix, (k, k)."""
     deviations = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(deviations, deviations), dtype=float)
 
@@ -321,15 +355,18 @@ def _scores(solution: Solution) -> Array:
     return solution.influence * solution.counted[:, None]
 
 
-# a correlation length of 100 rows; a short record cannot distinguish a longer one from a drift
+# coefficient of an AR(1) with a correlation length of 100 rows; a short record cannot distinguish a
+# longer correlation from a drift
 _MAX_RESIDUAL_AUTOREGRESSION = 0.99
 
 _RESOLVED = 1e-3  # resolution of the coefficient, far finer than a short record determines it
-_FORGOTTEN = 0.05  # remaining correlation of two rows, below which a larger distance is cut off
+_FORGOTTEN = 0.05  # correlation of two rows, at whose distance longer gaps are cut off
 
 
 def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
-    """Return ``A' Omega A`` for the influence A and errors that follow an AR(1), X as fixed.
+    """Return the covariance ``A' Omega A``, (k, k), for errors that follow an AR(1).
+
+    A is the influence of the errors, Omega their covariance; the regressor is not random.
 
     A HAC kernel sums the sample autocovariances of the scores. With few independent scores the sum
     is too small: the regressor is slow, so that the fit removes the slow part of the errors from
@@ -343,8 +380,9 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
     the observed autocorrelation is significantly smaller than that of independent errors: as
     position noise is differentiated, the errors then have no slow part.
 
-    The degrees of freedom follow by the delta method: the variance of the innovations has the
-    relative variance ``2/n``, and rho, independent of it, the variance ``(1 - rho^2)/n``.
+    The degrees of freedom follow by the delta method: the estimated variance of the innovations has
+    the relative variance ``2/n``, and the estimated rho, which is independent of it, has the
+    variance ``(1 - rho^2)/n``.
     """
     from scipy.optimize import brentq
     from scipy.signal import lfilter
@@ -355,12 +393,14 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
     zero = applied_covariance(np.zeros((k, k)), (n, k), note)
     if not e @ e > 0:
         return zero
-    size = np.linalg.norm(influence, axis=0)  # columns may have very different norms
+    # Orthonormal basis Q of the influence, ``A = Q R``; columns may have very different norms.
+    size = np.linalg.norm(influence, axis=0)
     orthonormal, triangle = np.linalg.qr(influence / size)
     # Gaps longer than the correlation length are shortened to it.
-    reach = int(np.log(_FORGOTTEN) / np.log(_MAX_RESIDUAL_AUTOREGRESSION))
-    # On a grid of times, with zeros for missing rows.
-    basis, present = (order.on_grid(each, reach) for each in (orthonormal, np.ones((n, 1))))
+    longest_gap = int(np.log(_FORGOTTEN) / np.log(_MAX_RESIDUAL_AUTOREGRESSION))
+    # On a grid of m times, with zeros for missing rows: the basis, and 1 for each present row.
+    basis = order.on_grid(orthonormal, longest_gap)
+    present = order.on_grid(np.ones((n, 1)), longest_gap)
     rows, pairs = float(present.sum()), float(present[1:, 0] @ present[:-1, 0])
 
     def coloured(rho: float) -> Array:
@@ -369,41 +409,45 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
         after = lfilter([1.0], [1.0, -rho], basis[::-1], axis=0)[::-1]
         return np.asarray((before + after - basis) * present, dtype=float)
 
-    def of_parameters(taken: Array) -> Array:
-        """Return a matrix ``Q' R Q`` of the basis Q as a matrix of the parameters, (k, k)."""
+    def of_parameters(in_basis: Array) -> Array:
+        """Return a (k, k) matrix in the basis Q as a matrix of the parameters, (k, k)."""
         mixing = triangle * size
-        return np.asarray(mixing.T @ taken @ mixing, dtype=float)
+        return np.asarray(mixing.T @ in_basis @ mixing, dtype=float)
 
     def expected(rho: float) -> float:
-        """Return the expected lag-1 autocorrelation of the residuals after the fit."""
+        """Return the expected lag-1 autocorrelation of the residuals after the fit.
+
+        The residuals are ``(1 - Q Q') e`` for errors e with the correlation matrix C of an AR(1).
+        The fit removes their part in the basis, which has the covariance ``Q' C Q``.
+        """
         coloured_basis = coloured(rho)
-        taken, early, late = basis.T @ coloured_basis, basis[:-1], basis[1:]
+        removed, early, late = basis.T @ coloured_basis, basis[:-1], basis[1:]
         crossed = np.sum(late * coloured_basis[:-1]) + np.sum(coloured_basis[1:] * early)
-        products = rho * pairs - float(crossed) + float(np.sum((late @ taken) * early))
-        return (products / max(pairs, 1.0)) / ((rows - float(np.trace(taken))) / rows)
+        products = rho * pairs - float(crossed) + float(np.sum((late @ removed) * early))
+        return (products / max(pairs, 1.0)) / ((rows - float(np.trace(removed))) / rows)
 
     # The coefficient for which the expected autocorrelation is the observed one.
     after, before = order.pairs(1)
     power, most = float(e @ e / len(e)), _MAX_RESIDUAL_AUTOREGRESSION
     observed = float(e[after] @ e[before] / max(len(e[after]), 1)) / power
-    of_none, of_most = expected(0.0), expected(most)
-    if observed < of_none - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
+    lowest, highest = expected(0.0), expected(most)
+    if observed < lowest - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
         return zero
-    rho = most if of_most <= observed else 0.0
-    if of_none < observed < of_most:
+    rho = most if highest <= observed else 0.0
+    if lowest < observed < highest:
         rho = float(brentq(lambda rho: expected(rho) - observed, 0.0, most, xtol=_RESOLVED))
-    taken = basis.T @ coloured(rho)
-    variance = len(e) * power / (len(e) - float(np.trace(taken)))
-    # Slopes of the logarithms of the variances by rho for a fixed variance of the innovations, of
-    # which the errors have 1/(1 - rho^2) times.
+    # Variance of the errors, from that of the residuals and the part that the fit removes.
+    removed = basis.T @ coloured(rho)
+    variance = len(e) * power / (len(e) - float(np.trace(removed)))
+    # Slopes of the logarithms of the parameters' variances by rho, for a fixed variance of the
+    # innovations; the variance of the errors is 1/(1 - rho^2) times that of the innovations.
     at = max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, most)
     less, more = (np.log(np.diag(of_parameters(basis.T @ coloured(r))) / (1 - r**2)) for r in at)
     slopes = (more - less) / (at[1] - at[0])
+    relative_variances = (2 + slopes**2 * (1 - rho**2)) / n
     return CovarianceEstimate(
-        matrix=np.asarray(variance * of_parameters(taken), dtype=float),
-        freedom=np.clip(
-            2 / ((2 + slopes**2 * (1 - rho**2)) / n), MIN_DEGREES_OF_FREEDOM.value, n - k
-        ),
+        matrix=np.asarray(variance * of_parameters(removed), dtype=float),
+        freedom=np.clip(2 / relative_variances, MIN_DEGREES_OF_FREEDOM.value, n - k),
         note=note,
     )
 
@@ -416,7 +460,8 @@ def wald(difference: Array, covariance: Array) -> tuple[float, int]:
     """Return Wald's statistic ``d' V^-1 d`` of a difference d, (k,), and the rank of V.
 
     V is the covariance of d, (k, k). Elements of d with a variance of 0 or infinity are left out,
-    and so are directions of V whose eigenvalues are rounding errors.
+    and so are directions of V whose eigenvalues are rounding errors. Both numbers are 0 if no
+    element remains.
     """
     variances = np.diag(covariance)
     is_known = (variances > 0) & np.isfinite(variances)
@@ -424,8 +469,9 @@ def wald(difference: Array, covariance: Array) -> tuple[float, int]:
         return 0.0, 0
     sizes, directions = np.linalg.eigh(correlation(covariance[np.ix_(is_known, is_known)]))
     kept = sizes > _SAME * sizes[-1]
-    along = directions[:, kept].T @ (difference[is_known] / np.sqrt(variances[is_known]))
-    return float(np.sum(along**2 / sizes[kept])), int(kept.sum())
+    # Components of the scaled difference along the eigenvectors of the correlation matrix.
+    components = directions[:, kept].T @ (difference[is_known] / np.sqrt(variances[is_known]))
+    return float(np.sum(components**2 / sizes[kept])), int(kept.sum())
 
 
 def hotelling_p_value(
@@ -455,10 +501,5 @@ def hotelling_p_value(
     if one_variance:
         return float(fdtrc(restrictions, freedom, square / restrictions))
     dof = min(max(freedom - restrictions + 1, 1.0), _CERTAIN)
-    return float(
-        fdtrc(
-            restrictions,
-            dof,
-            square * dof / ((dof + restrictions - 1) * restrictions),
-        )
-    )
+    statistic = square * dof / ((dof + restrictions - 1) * restrictions)
+    return float(fdtrc(restrictions, dof, statistic))

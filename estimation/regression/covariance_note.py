@@ -14,13 +14,14 @@ class CovarianceNote:
     Attributes
     ----------
     kind : {"published", "classical", "robust", "hac", "ar1", "other"}
-        Independent residuals with the variance by ``n - 1``, or by ``n - k``; robust to
-        heteroscedasticity; consistent for heteroscedasticity and autocorrelation; AR(1) residuals;
-        named by `label`.
+        Kind of the estimator, in this order: for independent residuals of equal variance, which is
+        estimated with ``n - 1``, or with ``n - k``; robust to heteroscedasticity; consistent for
+        heteroscedasticity and autocorrelation; for AR(1) residuals; another estimator, which
+        `label` names.
     degrees : int or None
-        ``n - 1`` of a published covariance.
+        ``n - 1`` of a published covariance; None for other kinds.
     lags : int or None
-        Lags of a HAC covariance.
+        Number of lags of a HAC covariance; None for other kinds.
     lag_rule : {"none", "plug-in", "plug-in, capped", "given"}
         Rule for the number of lags of a HAC covariance.
     is_prewhitened : bool
@@ -33,13 +34,14 @@ class CovarianceNote:
     replicas : int
         Number of simulated replicas of the records whose scatter scales the covariance; 0 for none.
     noise : tuple of str
-        Noise of each record in its replicas.
+        Sentence on the noise of each record in its replicas; empty without replicas.
     is_silent : bool
         True if replicas were requested, but the loops show no noise.
     no_replicas : str
-        Reason why requested replicas are missing.
+        Reason why requested replicas are missing; empty if none were requested, or if there are
+        replicas.
     label : str
-        Name of a covariance about which a file says no more.
+        Name of an estimator of the kind ``other``.
     """
 
     kind: CovarianceKind

@@ -82,10 +82,16 @@ class Equations:
 
 @dataclass(frozen=True, slots=True)
 class Form(ABC):
-    """The axis's model as a linear regression in k parameters, which p physical ones determine.
+    """Model of an axis as a linear regression in k parameters, which p physical ones determine.
 
     Subclasses are the inverse and the direct model, and inverse models whose parameters are those
-    of several records, or include gains and initial states of a simulated loop.
+    of several records, or include gains and initial states of a simulated loop. A record has an
+    axis of its own, with b parameters, if a known value of the record is fixed in it.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+        Axis of the model.
     """
 
     axis: GeneratedAxis
@@ -108,7 +114,7 @@ class Form(ABC):
 
     @abstractmethod
     def equations(self, signals: Signals) -> Equations:
-        """Return the rows of the regression at each of N samples of signals."""
+        """Return the rows of the regression at each of N samples of signals, without filter."""
 
     @property
     def physical_quantities(self) -> tuple[Quantity, ...]:
@@ -139,51 +145,53 @@ class Form(ABC):
     def of_record(self, record: int) -> "Form":  # noqa: ARG002
         """Return the form of one of several records, in the parameters of that record's axis.
 
-        The form itself, unless a subclass has local parameters or known values of each record.
+        The same form, unless a subclass has local parameters or known values of each record.
         """
         return self
 
     def own(self, physical: Array, record: int) -> Array:  # noqa: ARG002
         """Return the parameters of one record's axis, (b,), for physical parameters (p,).
 
-        The same, unless a subclass has parameters of several records, or of a simulated loop.
+        The same parameters, unless a subclass has parameters of several records, or of a simulated
+        loop.
         """
         return physical
 
     def record_jacobian(self, record: int) -> Array:  # noqa: ARG002
         """Return the derivative of a record's parameters by those of the regression, (b, k).
 
-        The identity, unless a subclass has parameters of several records.
+        The identity matrix, unless a subclass has parameters of several records.
         """
         return np.eye(len(self.quantities))
 
     def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:  # noqa: ARG002
         """Return a record's intercept, (n,), and regressor, (n, k), in the regression's parameters.
 
-        The arguments are those in the parameters of the record's axis. The same are returned,
-        unless a subclass has parameters of several records.
+        The arguments are intercept, (n,), and regressor, (n, b), in the parameters of the record's
+        axis. They are returned unchanged, unless a subclass has parameters of several records.
         """
         return intercept, regressor
 
     def at(self, physical: Array) -> "Form":  # noqa: ARG002
         """Return the form linearised about physical parameters (p,).
 
-        The form itself, unless a subclass can be partially linear.
+        The same form, unless a subclass can be partially linear.
         """
         return self
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """Return the physical parameters (p,) for those of the regression (k,), and the Jacobian.
 
-        The Jacobian is (p, k). The same parameters and the identity, unless a subclass regresses
-        other parameters.
+        The Jacobian, (p, k), has the derivatives of the physical parameters by `theta`. The same
+        parameters and the identity matrix are returned, unless a subclass regresses other
+        parameters.
         """
         return theta, np.eye(len(theta))
 
     def regressed(self, physical: Array) -> Array:
         """Return the regression's parameters (k,) for physical parameters (p,).
 
-        The same, unless a subclass regresses other parameters.
+        The same parameters, unless a subclass regresses other parameters.
         """
         return physical
 
@@ -206,9 +214,10 @@ class InverseForm(Form):
         """Return the rows of the inverse model at each of N samples; the left side is the force."""
         s = signals
         motion = (s.position, s.velocity, s.acceleration, s.direction)
-        about = () if self.axis.is_linear else (self.start,)
-        row, intercept = self.axis.evaluate("idm_regressor", *motion, *s.recorded, *about)
-        return Equations(left=s.force, intercept=intercept[:, 0], regressor=row)
+        # A partially linear model also needs the point that it is linearised about.
+        point = () if self.axis.is_linear else (self.start,)
+        rows, intercept = self.axis.evaluate("idm_regressor", *motion, *s.recorded, *point)
+        return Equations(left=s.force, intercept=intercept[:, 0], regressor=rows)
 
     def at(self, physical: Array) -> "InverseForm":
         """Return the model linearised about physical parameters (p,); itself if it is linear."""
@@ -228,11 +237,18 @@ class DirectForm(Form):
     left: ClassVar[str] = "acceleration"
 
     def __post_init__(self) -> None:
-        _ = self.quantities  # refuses an axis without a direct model
+        """Refuse an axis without a direct model."""
+        _ = self.quantities  # raises the error
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Parameters ``theta_ddm`` of the direct model, quotients by the inertia, length k."""
+        """Parameters ``theta_ddm`` of the direct model, quotients by the inertia, length k.
+
+        Raises
+        ------
+        ModelError
+            The axis has no direct model.
+        """
         if isinstance(self.axis.ddm_parameters, Missing):
             raise ModelError(self.axis.ddm_parameters.reason)
         return self.axis.ddm_parameters
@@ -241,8 +257,8 @@ class DirectForm(Form):
         """Return the rows of the direct model at N samples; the left side is the acceleration."""
         s = signals
         motion = (s.position, s.velocity, s.force, s.direction)
-        row, intercept = self.axis.evaluate("ddm_regressor", *motion, *s.recorded)
-        return Equations(left=s.acceleration, intercept=intercept[:, 0], regressor=row)
+        rows, intercept = self.axis.evaluate("ddm_regressor", *motion, *s.recorded)
+        return Equations(left=s.acceleration, intercept=intercept[:, 0], regressor=rows)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """Return the physical parameters (p,) for ``theta_ddm`` (k,), and the Jacobian (p, k)."""
@@ -254,17 +270,18 @@ class DirectForm(Form):
 
 
 _SPREAD = (0.1, 0.3, 1.0, 3.0, 10.0)  # factors of the nominal value for start values
-_MOST_STARTS = 125
-_REFINED = 5  # number of the best starts from which a search runs
-_MOST_HALVINGS = 8
+_MOST_STARTS = 125  # combinations of start values
+_BEST_STARTS = 5  # number of the best starts from which a search runs
+_MOST_HALVINGS = 8  # of a damped step
 
 
 def separable_least_squares(form: Form, rows: Callable[[Form], Equations]) -> Form:
     """Return a form linearised at the least-squares estimate of a partially linear model.
 
     The linear parameters are projected out [GolubPereyra1973]_: for given nonlinear parameters they
-    have an exact solution, so that only the few nonlinear ones are searched. The search runs from
-    several starts, as the error may have several local minima. A linear form is returned unchanged.
+    have an exact solution, so that only the few nonlinear parameters are searched. The search runs
+    from several starts, because the error may have several local minima. A linear form, and a form
+    that is not an inverse model, is returned unchanged.
 
     Parameters
     ----------
@@ -287,12 +304,12 @@ def separable_least_squares(form: Form, rows: Callable[[Form], Equations]) -> Fo
     try:
         problem.solved(starts[0])
     except EstimationError as why:
-        said = (
-            f"no start of {', '.join(problem.names)} gives an estimate; give them nominal "
-            "values and bounds of the right size, where the equation of motion has a value. "
-            f"At the first, {why}"
-        )
-        raise EstimationError(said, code="no-convergence") from why
+        raise EstimationError(
+            f"no start value of {', '.join(problem.names)} gives an estimate. Declare nominal "
+            "values and bounds of the right size, where the equation of motion has a finite value. "
+            f"The reason at the first start value: {why}",
+            code="no-convergence",
+        ) from why
     fits = [
         minimise(
             problem.residuals,
@@ -302,7 +319,7 @@ def separable_least_squares(form: Form, rows: Callable[[Form], Equations]) -> Fo
             xtol=1e-12,
             ftol=1e-12,
         )
-        for start in starts[:_REFINED]
+        for start in starts[:_BEST_STARTS]
     ]
     best = min(fits, key=lambda fit: float(fit.cost))
     return form.at(problem.solved(np.asarray(best.x, dtype=float))[0])
@@ -338,9 +355,14 @@ class _SeparableProblem:
         return [name for name, is_nonlinear in pairs if not is_nonlinear]
 
     def solved(self, at: Array) -> tuple[Array, Array]:
-        """Return all parameters (p,) and the residuals (n,) for given nonlinear parameters.
+        """Return all parameters (p,) and the residuals (n,) for nonlinear parameters `at`.
 
         The linear parameters are those of least squares.
+
+        Raises
+        ------
+        EstimationError
+            The rows do not show a linear parameter, or the model has no finite value.
         """
         physical = self.form.axis.nominal.copy()
         physical[self.nonlinear] = at
@@ -356,7 +378,10 @@ class _SeparableProblem:
         return physical, solution.residuals
 
     def residuals(self, at: Array) -> Array:
-        """Return the residuals for given nonlinear parameters, (n,); huge ones without a fit."""
+        """Return the residuals, (n,), for nonlinear parameters `at`.
+
+        Where there is no estimate, each residual is 1000 times the largest left side.
+        """
         try:
             return self.solved(at)[1]
         except EstimationError:
@@ -364,7 +389,10 @@ class _SeparableProblem:
             return np.full_like(left, 1e3 * float(np.abs(left).max()))
 
     def squared_error(self, at: Array) -> float:
-        """Return the sum of squared residuals; infinite where there is no estimate."""
+        """Return the sum of squared residuals for nonlinear parameters `at`.
+
+        It is infinite where there is no estimate.
+        """
         with suppress(EstimationError):
             return float(np.sum(self.solved(at)[1] ** 2))
         return np.inf
@@ -379,17 +407,19 @@ def _starts_of_search(problem: _SeparableProblem, low: Array, high: Array) -> li
         A nonlinear parameter has the nominal value 0.
     """
     nominal = problem.form.axis.nominal[problem.nonlinear]
-    if missing := [n for n, x in zip(problem.names, nominal, strict=True) if x == 0]:
+    without_start = [n for n, x in zip(problem.names, nominal, strict=True) if x == 0]
+    if without_start:
         raise EstimationError(
-            f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
-            "nominal value other than 0.",
+            f"the model is not linear in {', '.join(without_start)}, so the search needs a start "
+            "value. Declare a nominal value other than 0.",
             code="no-convergence",
         )
+    # All combinations of factors; with too many combinations, the same factor for all parameters.
     factors = [*product(_SPREAD, repeat=len(nominal))]
     if len(factors) > _MOST_STARTS:
-        factors = [(times,) * len(nominal) for times in _SPREAD]
-    around = [nominal * np.array(each) for each in factors]
-    inside = [each for each in around if np.all((each > low) & (each < high))]
+        factors = [(factor_of_all,) * len(nominal) for factor_of_all in _SPREAD]
+    candidates = [nominal * np.array(each) for each in factors]
+    inside = [each for each in candidates if np.all((each > low) & (each < high))]
     return sorted(inside or [nominal], key=problem.squared_error)
 
 
@@ -412,8 +442,8 @@ def damped_step(
     """Return the parameters after a damped step towards the linearised instrumental solution, (p,).
 
     The step from `start` to `goal` is halved until it is within the bounds of the nonlinear
-    parameters and reduces ``||Q' e||``, the residuals e projected on the instruments. If no step
-    does, `goal` is returned, provided that it is within the bounds.
+    parameters and reduces ``||Q' e||``, the norm of the residuals e projected on the instruments.
+    If none of eight steps does, `goal` is returned, provided that it is within the bounds.
 
     Parameters
     ----------
@@ -451,7 +481,7 @@ def damped_step(
         return goal
     raise EstimationError(
         f"the instrumental variables give {' and '.join(beyond)}, and no step within the bounds "
-        "reduces their residuals. Widen the bounds if such a value is possible; otherwise use the "
+        "reduces the residuals. Widen the bounds if this value is possible; otherwise use the "
         "estimate of idm-ls, whose search ends within the bounds, and check the friction model.",
         code="bounds",
     )

@@ -18,8 +18,8 @@ from axisid.support.errors import EstimationError
 
 from .covariance_note import CovarianceNote
 
-# ratio of the smallest to the largest singular value of unit columns: measured, filtering causes
-# rounding errors of up to 1e-12 in dependent columns
+# least ratio of the smallest to the largest singular value of unit columns that are independent: in
+# measured records, filtering causes rounding errors of up to 1e-12 in dependent columns
 _MIN_SINGULAR_VALUE_RATIO = 1e-11
 # weight of a parameter, relative to the largest, in a combination that does not change the fit;
 # far above rounding, and far below any weight that matters
@@ -39,7 +39,7 @@ class Columns:
     columns : (n, k) array
         The columns, not scaled.
     scale : (k,) array
-        Their norms.
+        Norms of the columns.
     names : tuple of str
         Names of the parameters, for messages.
     neighbours : RowTimes
@@ -91,7 +91,7 @@ class Solution:
     theta : (k,) array
         Estimated parameters.
     residuals : (n,) array
-        ``y - X theta``.
+        ``y - X theta``, without weights.
     inverse_factor : (k, k) array
         G with ``G G' = A'A`` for the influence A; for instruments Z, ``G G' = (Z'Z)^-1``, which is
         equal if Z is the noise-free part of the regressor.
@@ -119,7 +119,10 @@ class Solution:
 
     @property
     def response(self) -> Array:
-        """Derivative of the estimate by the left side of each row, (n, k)."""
+        """Derivative of the estimate by the left side of each row, (n, k).
+
+        It is the influence; under a loss, multiplied by the slope of the loss in each row.
+        """
         if self.counts is None:
             return self.influence
         return self.counts.slopes[:, None] * self.influence
@@ -167,39 +170,41 @@ def checked_columns(
     Raises
     ------
     EstimationError
-        The columns are not finite, a column is zero (its name is given), or there are too few rows.
+        The columns are not finite, a column is zero (the message names the parameter), or there are
+        too few rows.
     """
     n, k = columns.shape
     refuse(
         EstimationError,
         (
             n <= k,
-            f"{n} rows are too few for {k} parameters; fit the simulated loop (axisid fit, in "
-            "Python fit(axis, record)), which uses all samples without a filter, or record longer, "
-            "or decimate or drop less",
+            f"{n} rows are too few for {k} parameters. Fit the simulated loop (axisid fit, in "
+            "Python fit(axis, record)), which uses all samples without a filter; or record longer, "
+            "decimate less, or leave out fewer samples",
             "too-short",
         ),
         (
             not np.all(np.isfinite(columns)),
-            f"the regressor of {what} is not finite; check the signals' size",
+            f"the regressor of {what} is not finite. Check the size of the signals",
             "not-finite",
         ),
     )
     with np.errstate(over="ignore"):
         scale = np.linalg.norm(columns, axis=0)
     if not np.all(np.isfinite(scale)):
-        listed = ", ".join(n for n, size in zip(names, scale, strict=True) if not np.isfinite(size))
+        infinite = [name for name, size in zip(names, scale, strict=True) if not np.isfinite(size)]
         raise EstimationError(
             f"the regressor of {what} reaches {np.abs(columns).max():.3g} in the columns of "
-            f"{listed}, and their squares overflow. Check these terms of the equation of motion "
-            "over the positions and speeds of the record, and their units.",
+            f"{', '.join(infinite)}, and their squares overflow. Check these terms of the equation "
+            "of motion over the positions and speeds of the record, and their units.",
             code="not-finite",
         )
     zero = [name for name, size in zip(names, scale, strict=True) if size == 0]
     if zero:
+        subject = "the parameter" if len(zero) == 1 else "these parameters"
         raise EstimationError(
             f"{what} cannot show {', '.join(zero)}: the regressor's column is zero in every row. "
-            "Record a motion that excites it, or leave the parameter out.",
+            f"Record a motion that excites {subject}, or leave {subject} out.",
             code="not-shown",
         )
     return Columns(
@@ -221,8 +226,8 @@ def factor(
     Raises
     ------
     EstimationError
-        As in `checked_columns`; or the columns do not have full rank (the combination of parameters
-        is given).
+        As in `checked_columns`; or the columns do not have full rank. The message then has the
+        combination of parameters that does not change the fit.
     """
     checked = checked_columns(columns, names, what, neighbours)
     q, r = _orthonormal(columns.astype(np.longdouble) / checked.scale)
@@ -238,7 +243,10 @@ def factor(
 
 
 def _orthonormal(columns: Wide) -> tuple[Wide, Wide]:
-    """Return Q and R by the Gram-Schmidt process, repeated so that Q is orthogonal to rounding."""
+    """Return orthonormal Q, (n, k), and upper triangular R, (k, k), with ``Q R`` the columns.
+
+    The Gram-Schmidt process is applied twice to each column, so that Q is orthogonal to rounding.
+    """
     k = columns.shape[1]
     q, r = columns.copy(), np.zeros((k, k), dtype=np.longdouble)
     for j in range(k):
@@ -261,7 +269,7 @@ def _inverse(r: Wide) -> Wide:
 
 
 def least_squares(y: Array, X: QrFactors) -> Solution:
-    """Return the least-squares solution ``argmin ||y - X theta||``, y of shape (n,)."""
+    """Return the least-squares solution ``argmin ||y - X theta||`` for the left side y, (n,)."""
     theta = X.inverse @ (X.basis.T @ y)
     return Solution(
         theta=theta.astype(float),
@@ -275,11 +283,22 @@ def least_squares(y: Array, X: QrFactors) -> Solution:
 def instrumental_variables(
     y: Array, X: Columns, Z: QrFactors, counts: LossWeights | None = None
 ) -> Solution:
-    """Return the instrumental-variables solution ``(Z'X)^-1 Z'y``, just identified, y of (n,).
+    """Return the instrumental-variables solution ``(Z'X)^-1 Z'y``, just identified.
 
     It is least squares if the instruments are the regressor itself and the weights are equal. With
     the weights W of a loss it is ``(Z'WX)^-1 Z'Wy``, and the influence is that of the loss,
-    ``Z (X'DZ)^-1`` with its slopes D; for least squares Z is X.
+    ``Z (X'DZ)^-1`` with the slopes D of the loss.
+
+    Parameters
+    ----------
+    y : (n,) array
+        Left side.
+    X : Columns
+        Regressor.
+    Z : QrFactors
+        Instruments; the same object as X for least squares.
+    counts : LossWeights, optional
+        Weights and slopes of a loss; equal weights by default.
 
     Raises
     ------
@@ -293,18 +312,21 @@ def instrumental_variables(
     """
     if X is Z and counts is None:
         return least_squares(y, Z)
+    # With the orthonormal basis Q of the instruments and unit columns: Q'WX, Q'DX and Wy, where the
+    # weights W and slopes D are 1 without a loss.
     basis, scaled = Z.basis.astype(float), X.columns / X.scale
-    weighted = bent = basis.T @ scaled
-    counted, what = y, "the instruments together with the record"
+    by_weights = by_slopes = basis.T @ scaled
+    weighted_y, what = y, "the instruments together with the record"
     if counts is not None:
-        weighted = basis.T @ (counts.weights[:, None] * scaled)
-        bent = basis.T @ (counts.slopes[:, None] * scaled)
-        counted, what = counts.weights * y, "the set of weighted rows"
-    _check_rank(weighted, len(y), X.scale, X.names, what)
+        by_weights = basis.T @ (counts.weights[:, None] * scaled)
+        by_slopes = basis.T @ (counts.slopes[:, None] * scaled)
+        weighted_y, what = counts.weights * y, "the set of weighted rows"
+    _check_rank(by_weights, len(y), X.scale, X.names, what)
     if counts is not None:
-        _check_rank(bent, len(y), X.scale, X.names, what)
-    theta = np.linalg.solve(weighted, basis.T @ counted) / X.scale
-    influence = np.linalg.solve(bent, basis.T).T / X.scale
+        _check_rank(by_slopes, len(y), X.scale, X.names, what)
+    theta = np.linalg.solve(by_weights, basis.T @ weighted_y) / X.scale
+    influence = np.linalg.solve(by_slopes, basis.T).T / X.scale
+    # G with G G' = (Z'Z)^-1, or = A'A for the influence A under a loss.
     inverse = Z.inverse
     if counts is not None:
         inverse = _orthonormal(influence.astype(np.longdouble))[1].T
@@ -329,7 +351,21 @@ def condition_number(X: Array) -> float:
 def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], what: str) -> None:
     """Refuse a rank-deficient matrix of scaled columns.
 
-    The message names the combination of parameters that does not change the fit.
+    The message has the combination of parameters that does not change the fit: the right singular
+    vector of the smallest singular value.
+
+    Parameters
+    ----------
+    matrix : (k, k) array
+        R of the QR factors, or instruments times regressor.
+    rows : int
+        Number of rows, for the rounding error.
+    scale : (k,) array
+        Norms of the columns, which they were divided by.
+    names : sequence of str
+        Names of the k parameters.
+    what : str
+        Source of the columns, for the message.
     """
     _, sizes, right = np.linalg.svd(matrix)
     # Unit columns have a largest singular value of 1 or more, unless no instrument is correlated
@@ -339,13 +375,14 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
         return
     direction = right[-1] / scale
     direction = direction / direction[np.argmax(np.abs(direction))]
-    trade = ", ".join(
+    combination = ", ".join(
         f"{name} {weight:+.4g}"
         for name, weight in zip(names, direction, strict=True)
         if abs(weight) > _MIN_TRADE_WEIGHT
     )
     raise EstimationError(
-        f"{what} cannot separate these parameters: the fit is the same for a change of {trade}. "
+        f"{what} cannot separate these parameters: the fit is the same for a change of "
+        f"{combination}. "
         "Record a motion that separates them (reversals, several speeds, acceleration), or declare "
         "their combination as one parameter.",
         code="not-shown",

@@ -63,8 +63,9 @@ class DrawSummary(Drawn, frozen=True, kw_only=True):
     unit: str
 
     def __str__(self) -> str:
+        """Return the value, the median and the 95 % interval with the unit, on one line."""
         low, high = self.interval
-        lost = f", {self.lost} lost" if self.lost else ""
+        lost = f", {self.lost} excluded" if self.lost else ""
         return (
             f"{self.value:.6g} {self.unit}, median {self.median:.6g}, 95 %: {low:.6g} to "
             f"{high:.6g} {self.unit} ({self.draws} draws{lost})"
@@ -126,7 +127,10 @@ def scaled_gradients_and_hessians(
 
 
 def covariance_root(covariance: Array) -> Array:
-    """Return L with ``L L' = C`` for a covariance of any rank; NaN for one that is not finite."""
+    """Return L, (k, k), with ``L L' = C`` for a covariance C of any rank.
+
+    All elements are NaN for a covariance that is not finite.
+    """
     if not np.all(np.isfinite(covariance)):
         return np.full_like(covariance, np.nan)
     scale = np.sqrt(np.diag(covariance))
@@ -139,6 +143,8 @@ def draw_parameters(
     form: Form, theta: Array, covariance: Array, freedom: Array, draws: int, seed: int
 ) -> tuple[Array, int]:
     """Draw physical parameters from the multivariate Student's t distribution of an estimate.
+
+    The parameters of the regression are drawn, and then mapped exactly to the physical parameters.
 
     Parameters
     ----------
@@ -153,9 +159,9 @@ def draw_parameters(
     Returns
     -------
     (d, p) array
-        The draws with finite values and a positive inertia.
+        Draws with finite values and a positive inertia.
     int
-        The number of the other draws.
+        Number of draws without finite values or without a positive inertia.
 
     Raises
     ------
@@ -164,14 +170,15 @@ def draw_parameters(
     """
     if not (isinstance(draws, (int, np.integer)) and 2 <= draws <= _MOST_DRAWS):
         raise UsageError(
-            f"the draws are {draws!r}; give a whole number from 2 to {_MOST_DRAWS}.",
+            f"the number of draws is {draws!r}. Give a whole number from 2 to {_MOST_DRAWS}.",
             code="result",
         )
     rng = np.random.default_rng(seed)
     normal = rng.normal(size=(draws, len(theta))) @ covariance_root(covariance).T
-    # One quantile for all parameters, so that those of equal degrees of freedom are scaled equally.
-    stretch = np.sqrt(freedom / chdtri(freedom, rng.random(size=(draws, 1))))
-    drawn = theta + normal * stretch
+    # Student's t: normal numbers by the root of chi-squared over its degrees of freedom. All
+    # parameters have the same quantile, so that equal degrees of freedom give equal factors.
+    factors = np.sqrt(freedom / chdtri(freedom, rng.random(size=(draws, 1))))
+    drawn = theta + normal * factors
     with np.errstate(all="ignore"):
         physical = np.array([form.physical(each)[0] for each in drawn])
     finite = np.all(np.isfinite(physical), axis=1)
@@ -200,13 +207,17 @@ def summary_of_draws(
     unit : str
         Unit of the function.
     physical : (d, p) array
-    lost, seed : int
-        As from `draw_parameters`.
+        Draws, as from `draw_parameters`.
+    lost : int
+        Number of excluded draws, as from `draw_parameters`.
+    seed : int
+        Seed of the draws.
     """
     values = np.array([function(each) for each in physical.tolist()])
     finite = values[np.isfinite(values)]
-    is_empty = not len(finite)
-    low, median, high = (np.nan,) * 3 if is_empty else np.quantile(finite, [0.025, 0.5, 0.975])
+    low = median = high = np.nan
+    if len(finite):
+        low, median, high = np.quantile(finite, [0.025, 0.5, 0.975])
     return DrawSummary(
         value=function(at.tolist()),
         unit=unit,

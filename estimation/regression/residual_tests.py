@@ -13,9 +13,9 @@ from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS
 from axisid.support.arrays import Array, Exact, MaybeNan
 from axisid.support.missing import Missing
 
-# share of the rows that must be in stretches of a segment or longer for a spectrum
+# share of the rows that must be in stretches without gaps that are as long as a segment
 _MIN_SEGMENTED_SHARE = 0.5
-_SEGMENT = 256  # rows
+_SEGMENT = 256  # rows of a segment of Welch's method, at most
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,8 +70,10 @@ def residual_tests(
     order = neighbours or RowTimes.consecutive(n)
     late, early = order.pairs(1)
     changes = residuals[late] - residuals[early]
-    # Scaled to the number of pairs without gaps.
-    squares = float(np.sum(changes**2)) * ((n - 1) / len(changes)) if len(changes) else np.nan
+    # The sum over pairs of neighbours, scaled to the n - 1 pairs of rows without gaps.
+    squares = np.nan
+    if len(changes):
+        squares = float(np.sum(changes**2)) * ((n - 1) / len(changes))
     products = order.autocovariances((residuals - residuals.mean())[:, None], count)[:, 0, 0]
     return ResidualTests(
         durbin_watson=squares / float(residuals @ residuals),
@@ -88,8 +90,9 @@ def power_density(
 
     Missing if the stretches without gaps are too short.
 
-    The zero frequency is left out. Where rows are missing, segments are as long as the longest
-    stretches that together hold half of the rows, at most 256; shorter stretches are left out.
+    The zero frequency is left out. A segment has 256 rows, or fewer where rows are missing: half of
+    the rows or more must be in stretches without gaps as long as a segment. Shorter stretches are
+    not used. The densities of the stretches are averaged by their number of segments.
 
     Parameters
     ----------
@@ -102,14 +105,18 @@ def power_density(
     """
     from scipy.signal import welch
 
+    # The longest stretches, until they have half of the rows; the last of them is the shortest.
     lengths = np.sort(neighbours.lengths)[::-1]
-    enough = int(np.searchsorted(np.cumsum(lengths), _MIN_SEGMENTED_SHARE * len(values)))
-    segment = min(_SEGMENT, int(lengths[enough]))
-    if segment < (least := MIN_SEGMENT_ROWS.value):
-        return Missing(f"half of the rows are in stretches without gaps of less than {least} rows")
+    shortest = int(np.searchsorted(np.cumsum(lengths), _MIN_SEGMENTED_SHARE * len(values)))
+    segment, least = min(_SEGMENT, int(lengths[shortest])), MIN_SEGMENT_ROWS.value
+    if segment < least:
+        return Missing(
+            f"more than half of the rows are in stretches of fewer than {least} rows without a gap"
+        )
     pieces = [piece for piece in neighbours.split(values) if len(piece) >= segment]
     spectra = [welch(piece, rate, nperseg=segment, axis=0) for piece in pieces]
     overlap = segment // 2
-    averaged = [(len(piece) - overlap) // (segment - overlap) for piece in pieces]
-    density = np.average([power for _, power in spectra], axis=0, weights=averaged)
-    return spectra[0][0][1:], density[1:]
+    segments = [(len(piece) - overlap) // (segment - overlap) for piece in pieces]
+    density = np.average([power for _, power in spectra], axis=0, weights=segments)
+    frequencies = spectra[0][0]
+    return frequencies[1:], density[1:]

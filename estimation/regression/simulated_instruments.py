@@ -1,12 +1,12 @@
 """Regression rows of the simulated closed loop: instruments, and the left side of the model.
 
-Without a recorded reference, the control is known: it was recorded. Simulated with the recorded
-control alone, the axis would drift away, so that the control law keeps it on the record: the
-reference of the law is the recorded position, and the law's answer to that position is subtracted
-from the recorded control. So the axis receives the recorded control plus the law's answer to the
-deviation from the record. If the declared law is the drive's and reads the recorded position, this
-is the original loop without its noise, for any reference: the noise in the recorded control is
-subtracted as well.
+Without a recorded reference, the recorded control is used. Simulated with this control alone, the
+axis would drift away from the record, so the control law keeps it there: the reference of the law
+is the recorded position, and the control that the law computes for the recorded position is
+subtracted from the recorded control. The axis then receives the recorded control plus the law's
+response to the deviation from the record. If the drive has the declared law, and the law reads the
+recorded position, this is the original loop without its noise, for any reference: the noise in the
+recorded control is subtracted as well.
 """
 
 from collections.abc import Sequence
@@ -61,10 +61,10 @@ class LoopDataError(DataError):
 
 
 def _without_loop() -> str:
-    """Return sentences that advise methods without a simulated loop."""
+    """Return a sentence, after a space, that advises methods without a simulated loop."""
     return (
-        " Least squares needs no loop, and neither does a fit of the position under the recorded "
-        f"control: {open_loop_fit()}."
+        " Otherwise use least squares, which needs no closed loop, or fit the position under the "
+        f"recorded control: {open_loop_fit()}."
     )
 
 
@@ -78,8 +78,9 @@ def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
     if record.commanded is not None:
         return None
     return LoopDataError(
-        f"{record.provenance.source} has no reference column, from which the closed loop "
-        f"is simulated. Name it with {setting('columns', {'reference': 'NAME'})}.{_without_loop()}",
+        f"{record.provenance.source} has no reference column, but the closed loop is simulated "
+        "with the reference. Name the reference column with "
+        f"{setting('columns', {'reference': 'NAME'})}.{_without_loop()}",
         code="missing-column",
     )
 
@@ -92,14 +93,17 @@ def lacking_law(axis: GeneratedAxis) -> ModelError:
 
 @cached_while_alive
 def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
-    """Return the recorded reference of a declared loop, (N,), with a test signal added to it.
+    """Return the reference of the closed loop of a record, (N,), in the unit of the position.
+
+    It is the recorded reference, plus a test signal that was added to the reference.
 
     Raises
     ------
     ModelError
         The axis has no control law.
     LoopDataError
-        The record has no reference, or a period other than the law's that is not confirmed.
+        The record has no reference; the period of the record differs from that of the law, and is
+        not confirmed; or the loop cannot be simulated at the record's period.
     """
     law, reference = axis.control, record.commanded
     if law is None or reference is None:
@@ -110,15 +114,17 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
         (clock.ratio is None and clock.doubt, clock.doubt),
         (
             clock.ratio is None,
-            f"the record was resampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out",
+            f"the record was resampled every {record.period:.6g} s, but the control law of axis "
+            f"{axis.name!r} runs every {law.period:.6g} s. Resample at the period of the law, or "
+            "do not resample",
         ),
         (
             clock.ratio != 1 and not (axis.response is None and axis.drive.path.is_plain),
-            f"the record is sampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.name!r} runs every {law.period:.6g} s, and its drive has a "
-            f"{' and '.join(axis.of_law_samples)}: such a loop is simulated at the law's "
-            "samples alone; record at the law's period, or ask for least squares",
+            f"the record is sampled every {record.period:.6g} s, but the control law of axis "
+            f"{axis.name!r} runs every {law.period:.6g} s. Its drive has a "
+            f"{' and '.join(axis.of_law_samples)}, and the loop of this drive can only be "
+            "simulated at the samples of the law. Record at the period of the law, or use least "
+            "squares",
         ),
         code="loop-period",
     )
@@ -151,13 +157,13 @@ def simulated_loops(
     away : float
         Offset of the positions that the law reads, and of the reference, from those of the axis.
     position_noise : (N,) array, optional
-        Noise that is added to the position that the law reads.
+        Noise that is added to the position that the law reads; `away` by default.
     disturbance : (N,) array, optional
         Disturbance that is added to the control, in the drive's unit.
     budget : StepBudget, optional
         Remaining integration steps of a search.
     starts : sequence of LoopStart, optional
-        Initial state of each segment; by default as in `loop_starts`.
+        Initial state of each segment; by default that of `loop_starts`.
 
     Raises
     ------
@@ -166,10 +172,13 @@ def simulated_loops(
     EstimationError
         The loop cannot be simulated with these parameters.
     """
+    # Signals of the whole record: reference, added control, noise and recorded signals.
     reference, added = loop_reference(axis, record), record.added_control
     if disturbance is not None:
         added = disturbance if added is None else added + disturbance
-    noise = np.full(len(record), away) if away and position_noise is None else position_noise
+    noise = position_noise
+    if away and noise is None:
+        noise = np.full(len(record), away)
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     begins = loop_starts(axis, record, away) if starts is None else starts
     loops = []
@@ -215,8 +224,9 @@ def simulated_rows(
 def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | None) -> Equations:
     """Return the rows of a form at each sample of a simulated loop, without filter.
 
-    With the hold ``zoh``, the rows just before and just after a sample are averaged, as the
-    measured force is. `physical`, (p,), are the parameters of the loop.
+    With the hold ``zoh``, the control changes at each sample. The rows just before and just after
+    the sample are then averaged, as the measured force is. `physical`, (p,), are the parameters of
+    the loop.
     """
     at = form.at(physical)
     if hold != "zoh":
@@ -229,12 +239,12 @@ def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | No
     )
 
 
-# share of the law's answer to position noise in the control: 1 if the law reads the recorded
-# position, 0 if the log is coarser
-_LEAST_MEASURED_NOISE = 0.8
-_STRETCH = 50  # samples
+# least share of the law's response to position noise that the control must have, for a loop that
+# follows the record: 1 if the law reads the recorded position, 0 if the log is coarser
+_LEAST_SHARE_TO_FOLLOW = 0.8
+_STRETCH = 50  # samples of a stretch, whose shares are compared
 _LATEST = 3  # samples by which the control may be early or late in the log
-_MOSTLY = 0.5
+_LEAST_SHARE_IF_READ = 0.5  # from which the law read the recorded position
 
 
 def recorded_loops(
@@ -259,7 +269,7 @@ def recorded_loops(
     record, starts = data.record, None
     if record.reference is None:
         record = followed_record(data)
-        starts = tuple(_start(data, *span, away) for span in record.spans)
+        starts = tuple(_start_on_record(data, *span, away) for span in record.spans)
     return simulated_loops(
         data.axis,
         record,
@@ -277,33 +287,42 @@ def followed_record(data: FilteredRecord) -> Record:
 
     The simulated loop follows the recorded position. The reference is the recorded position, and
     the injected control is the recorded control minus the control that the law computes for the
-    recorded position, in the drive's unit. For a velocity that was not recorded, the law reads the
-    filtered one.
+    recorded position, in the drive's unit. If the velocity was not recorded, the law reads the
+    filtered velocity.
 
     Raises
     ------
     ModelError
         The axis has no control law.
     DataError
-        The record has a period other than the law's, the law is continuous, or neither control nor
-        force shows the command of the drive.
+        The record has a period other than the law's, the law is continuous, neither control nor
+        force shows the command of the drive, or the control does not respond to the noise of the
+        recorded position.
     """
-    control, position = _control(data), data.record.position
-    answer = _answer_to_noise(data)
-    if _share(control, answer) < _LEAST_MEASURED_NOISE:
+    control, position = _recorded_command(data), data.record.position
+    response = _response_to_noise(data)
+    if _share_of_response(control, response) < _LEAST_SHARE_TO_FOLLOW:
         raise DataError("the control does not respond to the noise of the recorded position.")
-    added = control - _answer(data, position, position)
-    late = control_delay_in_log(data.axis, law_of(data.axis))
-    for first, last in data.record.spans:  # with the delay of the law
-        added[first : last - late] = added[first + late : last]
+    added = control - _control_by_law(data, position, position)
+    # In the log, the control is late by the delay of the law, in samples.
+    delay = control_delay_in_log(data.axis, law_of(data.axis))
+    for first, last in data.record.spans:
+        added[first : last - delay] = added[first + delay : last]
     return replace(data.record, reference=position, injected=added, injected_at="control")
 
 
-def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStart:
+def _start_on_record(data: FilteredRecord, first: int, last: int, away: float) -> LoopStart:
     """Return the initial state of the loop of a segment that follows the recorded position.
 
-    It is at the recorded position, with its velocity. `first` and `last` are the first sample and
-    the one after the last; `away` is an offset of the positions that the law reads.
+    The axis starts at the recorded position, with the velocity of the record.
+
+    Parameters
+    ----------
+    data : FilteredRecord
+    first, last : int
+        First sample of the segment, and the sample after its last one.
+    away : float
+        Offset of the positions that the law reads, as in `simulated_loops`.
     """
     record = data.record
     start = LoopStart(
@@ -321,8 +340,9 @@ def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStar
 def loop_carries_noise(data: FilteredRecord) -> bool:
     """Return True if position noise enters the simulated loop of a record.
 
-    The law reads a velocity that was not recorded, and the loop follows the recorded position: the
-    filtered velocity has position noise, which the velocity in the drive did not have.
+    This is so if the law reads a velocity that was not recorded, and the loop follows the recorded
+    position. The law then reads the filtered velocity, which has position noise that the velocity
+    in the drive did not have.
     """
     law, record = data.axis.control, data.record
     takes_velocity = law is not None and law.takes_velocity
@@ -332,17 +352,21 @@ def loop_carries_noise(data: FilteredRecord) -> bool:
 def is_measured_by_law(data: FilteredRecord) -> bool:
     """Return True if the law read the recorded position with its noise, or if that is unknown.
 
-    The law's answer to the noise may be in the log early, late, or with another factor.
+    The recorded control then has at least half of the law's response to the noise. The response may
+    be some samples early or late in the log, or have another factor or sign.
     """
     try:
-        control, answer = _control(data), _answer_to_noise(data)
+        control, response = _recorded_command(data), _response_to_noise(data)
     except (ModelError, DataError):
         return True
-    lags = range(-_LATEST, _LATEST + 1)
-    return any(abs(_share(np.roll(control, lag), answer)) > _MOSTLY for lag in lags)
+    for lag in range(-_LATEST, _LATEST + 1):
+        share = _share_of_response(np.roll(control, lag), response)
+        if abs(share) > _LEAST_SHARE_IF_READ:
+            return True
+    return False
 
 
-def _answer_to_noise(data: FilteredRecord) -> Array:
+def _response_to_noise(data: FilteredRecord) -> Array:
     """Return the change of the law's control by the position noise that the filter removes, (N,).
 
     Raises
@@ -350,7 +374,8 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
     ModelError
         The axis has no control law.
     DataError
-        The record has a period other than the law's, or the law is continuous.
+        The record has a period other than the law's, the law is continuous, or the position is an
+        integrated velocity.
     """
     law = data.axis.control
     if law is None:
@@ -361,55 +386,64 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
             law.continuous or law_clock(law, data.record).ratio != 1.0,
             "a simulated loop cannot follow the record without a sampled law of the same period",
         ),
-        (data.record.integrated, "a simulated loop cannot follow a record without a position"),
+        (
+            data.record.integrated,
+            "a simulated loop cannot follow a record without a measured position",
+        ),
     )
     smooth = data.motion[0]
-    return _answer(data, smooth, data.record.position) - _answer(data, smooth, smooth)
+    with_noise = _control_by_law(data, smooth, data.record.position)
+    return with_noise - _control_by_law(data, smooth, smooth)
 
 
-def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
+def _control_by_law(data: FilteredRecord, reference: Array, position: Array) -> Array:
     """Return the control that the law computes for a reference and a measured position, (N,).
 
-    Without a recorded control, it is the mean of the controls held before and after a sample, as a
-    force sensor measures it.
+    The law reads the filtered velocity. Without a recorded control, the mean of the controls held
+    before and after a sample is returned, as a force sensor measures it.
     """
-    velocity, averaged = data.motion[1], data.record.control is None
+    velocity = data.motion[1]
     pieces = []
-    for a, b in data.record.spans:
-        recorded = tuple(values[a:b] for values in data.recorded)
-        ticks = LawInputs.at_samples(reference[a:b], position[a:b], velocity[a:b], recorded)
-        made = law_along(data.axis, ticks, state_at_rest(data.axis, ticks))
-        pieces.append(hold_mean(made, [0]) if averaged else made)
+    for first, last in data.record.spans:
+        span = slice(first, last)
+        recorded = tuple(values[span] for values in data.recorded)
+        inputs = LawInputs.at_samples(reference[span], position[span], velocity[span], recorded)
+        control = law_along(data.axis, inputs, state_at_rest(data.axis, inputs))
+        if data.record.control is None:
+            control = hold_mean(control, [0])
+        pieces.append(control)
     return np.concatenate(pieces)
 
 
-def _share(control: Array, answer: Array) -> float:
+def _share_of_response(control: Array, response: Array) -> float:
     """Return the share of the law's response to position noise that the control has; expected 1.
 
-    ``median_s(d_s' a_s / a_s' a_s)`` over stretches s of 50 samples, with the second differences d
-    of the control and a of the answer. Second differences remove most of the motion, except at
-    reversals and starts of moves, where the motion may exceed the noise of a good sensor; hence the
-    median.
+    It is ``median_s(d_s' a_s / a_s' a_s)`` over stretches s of 50 samples, with the second
+    differences d of the control and a of the response. Second differences remove most of the
+    motion, except at reversals and starts of moves, where the motion may exceed the noise of a good
+    sensor; hence the median. It is 1 if there is no response.
 
     Parameters
     ----------
     control : (N,) array
         Recorded control.
-    answer : (N,) array
-        Response of the law to the noise, as from `_answer_to_noise`.
+    response : (N,) array
+        Response of the law to the noise, as from `_response_to_noise`.
     """
+    # Second differences by stretch, (s, 50).
     count = (len(control) - 2) // _STRETCH
-    actual, expected = (
-        np.diff(values, 2)[: count * _STRETCH].reshape(count, _STRETCH)
-        for values in (control, answer)
-    )
+    actual = np.diff(control, 2)[: count * _STRETCH].reshape(count, _STRETCH)
+    expected = np.diff(response, 2)[: count * _STRETCH].reshape(count, _STRETCH)
     power = np.sum(expected**2, axis=1)
-    actual, expected, power = actual[power > 0], expected[power > 0], power[power > 0]
-    return float(np.median(np.sum(actual * expected, axis=1) / power)) if len(power) else 1.0
+    has_response = power > 0
+    if not has_response.any():
+        return 1.0
+    products = np.sum(actual[has_response] * expected[has_response], axis=1)
+    return float(np.median(products / power[has_response]))
 
 
-def _control(data: FilteredRecord) -> Array:
-    """Return the recorded control, or the control of the recorded force, (N,).
+def _recorded_command(data: FilteredRecord) -> Array:
+    """Return the command of the drive, (N,): the recorded control, or that of the recorded force.
 
     Raises
     ------
@@ -417,12 +451,12 @@ def _control(data: FilteredRecord) -> Array:
         The log hides the command, or has neither a control nor a force of a drive that is a gain.
     """
     record, drive = data.record, data.axis.drive
-    is_late = drive.logged == "current"
-    if is_late or hides_command(data.axis):
-        passed = ["lag"] if is_late else drive.path.declared
+    is_after_lag = drive.logged == "current"
+    if is_after_lag or hides_command(data.axis):
+        passed = ["lag"] if is_after_lag else drive.path.declared
         raise DataError(
-            "the record does not show the command, as the control was logged behind the drive's "
-            f"{' and '.join(passed)}."
+            "the record does not show the command, because the control was logged after the "
+            f"drive's {' and '.join(passed)}."
         )
     if record.control is not None:
         return record.control

@@ -1,7 +1,7 @@
 """Filtered motion and force of records.
 
 In: `Record`, `Prefilter`. Out: `FilteredRecord` with its `Signals`, rows and selected samples.
-Knows nothing of methods.
+Knows nothing of estimation methods.
 """
 
 from .drive_response import (

@@ -1,8 +1,11 @@
-"""Response of a drive to commands: rounding, rate limit, dead band, delay and lag; and its log.
+"""Response of a drive to commands, and the control that a log of the drive has.
 
-The drive's `CommandPath` gives the acting control for a command. Commands are held, so that with a
-lag the force between two samples is known exactly: it approaches the force of the command
-exponentially, and a delay of a fraction of a sample changes the command between samples.
+The command passes the drive's `CommandPath`: rate limit, rounding and dead band. The result is the
+acting control, whose force acts after delay and lag. Commands are held from sample to sample, so
+that the force between two samples is known exactly: with a lag it approaches the force of the
+command exponentially, and a delay of a fraction of a sample changes the command between samples.
+
+A stretch is a series of samples without gaps.
 """
 
 import math
@@ -22,7 +25,7 @@ from .signals import Motion, drive_force
 
 
 class Acting(NamedTuple):
-    """Force of a drive, (N,) each.
+    """Force of a drive after delay and lag, (N,) each.
 
     Attributes
     ----------
@@ -37,25 +40,28 @@ class Acting(NamedTuple):
 
 
 def through_path(path: CommandPath, commands: Array, period: float) -> Array:
-    """Return the acting controls for commands within the limit, (N,).
+    """Return the acting control for commands within the drive's limit, (N,).
 
-    They pass the rate limit, the rounding and the dead band; the first command acted before the
-    stretch.
+    The commands pass the rate limit, the rounding and the dead band. The first command is assumed
+    to have acted before the stretch already.
 
     Parameters
     ----------
     path : CommandPath
+        Rate limit, rounding and dead band of the drive.
     commands : (N,) array
-        Commands of one stretch.
+        Commands of one stretch, in the drive's unit.
     period : float
         Time for which each command is held, s.
     """
-    acting, most = commands, path.rate_limit * period
+    acting, largest_step = commands, path.rate_limit * period
 
-    def follow(now: float, command: float) -> float:
+    def follow(control: float, command: float) -> float:
         """Return the next value of a rate-limited control, which follows a command."""
-        step = command - now
-        return command if abs(step) <= most else now + math.copysign(most, step)
+        step = command - control
+        if abs(step) <= largest_step:
+            return command
+        return control + math.copysign(largest_step, step)
 
     if path.is_limited and len(commands):
         acting = np.array([*accumulate(commands.tolist(), follow)])
@@ -74,6 +80,7 @@ def acting_control(
     Parameters
     ----------
     axis : GeneratedAxis
+        Axis with its drive.
     control : (N,) array
         Recorded control, in the drive's unit.
     starts : sequence of int
@@ -93,31 +100,37 @@ def lagged_force(
 ) -> Acting:
     """Return the force after delay and lag for held commands of one stretch.
 
-    With the lag T, the force approaches that of the command as ``exp(-t/T)``. The delay changes the
-    command within a sample, from that of a sample before to that of the next one.
+    With the lag T, the force approaches the force of the command as ``exp(-t/T)``. The delay
+    changes the command within a sample: first an earlier command acts, then the command after it.
 
     Parameters
     ----------
     forces : (N,) array
         Forces of the recorded commands without delay and lag.
     response : Response
+        Delay and lag at the sampling period of the commands.
     logged : str
         ``command`` if commands were recorded, ``applied`` if they were recorded after the delay.
     start : float, optional
-        Force at the first sample; by default that of the first command.
+        Force at the first sample; by default the force of the first command.
     """
-    at = np.arange(len(forces)) + (0 if logged == "command" else response.late)
-    delayed = (np.clip(at - late, 0, len(at) - 1) for late in (response.late, response.whole))
-    first, then = (forces[places] for places in delayed)
+    # Forces of the two commands that act within each sample: `first` during a share of the period,
+    # `then` during the rest of it.
+    samples = np.arange(len(forces)) + (0 if logged == "command" else response.late)
+    last = len(samples) - 1
+    first = forces[np.clip(samples - response.late, 0, last)]
+    then = forces[np.clip(samples - response.whole, 0, last)]
     share = response.share
     if not response.lag:
         return Acting(at_samples=first, mean=share * first + (1 - share) * then)
+    # Share of a deviation that remains after each part of a sample.
     parts = response.period * share, response.period * (1 - share)
     stays = [np.exp(-span / response.lag) for span in parts]
     begin = float(first[0]) if start is None else start
     # Within a sample, the force approaches `first`, then `then`.
     added = (1 - stays[0]) * stays[1] * first + (1 - stays[1]) * then
     at_samples = _recursion(stays[0] * stays[1], added, begin)
+    # Force at the change of the command, and the sum of the deviations from the commands in lags.
     between = first + (at_samples - first) * stays[0]
     transient = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
     return Acting(
@@ -127,7 +140,7 @@ def lagged_force(
 
 
 def _recursion(factor: float, added: Array, start: float) -> Array:
-    """Return ``x[k+1] = factor * x[k] + added[k]`` from a start value, (N,)."""
+    """Return x, (N,), with ``x[k+1] = factor * x[k] + added[k]`` and the given start ``x[0]``."""
     from scipy.signal import lfilter
 
     later, _ = lfilter([1.0], [1.0, -factor], added[:-1], zi=[factor * start])
@@ -136,20 +149,24 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveReplay:
-    """Force of a drive along a recorded motion, aligned for the rows by a hold.
+    """Drive along a recorded motion, which returns its force for a control.
+
+    The hold of a prefilter determines how the force is aligned with the motion.
 
     Attributes
     ----------
     axis : GeneratedAxis
+        Axis with its drive.
     starts : sequence of int
         First samples of the stretches.
     period : float
         Sampling period of the record, s.
     held : bool
-        True if the recorded control is held from a sample to the next; in a log that is slower than
-        its law the control is known only at the samples and interpolated linearly.
+        True if the recorded control is held from a sample to the next. False for a log that is
+        slower than its law: the control is then known only at the samples, and is interpolated
+        linearly.
     delay : float
-        Samples by which the hold uses the force earlier.
+        Number of samples by which the force that the hold uses is earlier than the sample.
     mean : bool
         True if the hold uses the mean force from each sample to the next.
     """
@@ -162,7 +179,10 @@ class DriveReplay:
     mean: bool
 
     def acting(self, forces: Array) -> Array:
-        """Return forces without delay and lag, (N,), as they act after delay and lag, (N,)."""
+        """Return the forces after delay and lag, (N,), for forces without delay and lag, (N,).
+
+        They are unchanged if the drive has neither, or if the log has the control after the lag.
+        """
         drive = self.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
             return forces
@@ -182,14 +202,24 @@ class DriveReplay:
     ) -> Array:
         """Return the force of a recorded control along a motion, (N,).
 
-        If `by_gain`, return its derivative by the logarithm of the drive's gain.
+        Parameters
+        ----------
+        control : (N,) array
+            Acting control, in the drive's unit.
+        motion : tuple of (N,) array
+            Position, velocity and acceleration, SI.
+        recorded : sequence of (N,) array
+            Recorded signals in the order of the axis's declaration.
+        by_gain : bool
+            True for the derivative of the force by the logarithm of the drive's gain.
         """
         of_axis = self.axis.force_by_gain if by_gain else partial(drive_force, self.axis)
         make = partial(of_axis, recorded=recorded)
         position, velocity, acceleration = motion
         if not self.axis.drives_by_motion:
             return self.acting(make(control, position, velocity))
-        # The hold uses the force earlier, but its part due to the motion belongs to the sample.
+        # The hold uses an earlier force, but its part due to the motion belongs to the sample: the
+        # motion is moved ahead.
         lagging = self.axis.drive.lag > 0
         ahead = self.period * (self.held / 2 if lagging else self.delay)
         position = position + ahead * (velocity + ahead / 2 * acceleration)
@@ -202,47 +232,58 @@ class DriveReplay:
 def _lagged_linear(forces: Array, response: Response, logged: str) -> Array:
     """Return the force after delay and lag at the samples, (N,).
 
-    The forces without delay and lag, (N,), are interpolated linearly between the samples. `logged`
-    is as in `lagged_force`.
+    The forces without delay and lag, (N,), are interpolated linearly between the samples.
+    `response` and `logged` are as in `lagged_force`.
     """
     delay = response.whole + response.share if logged == "command" else 0.0
     samples = np.arange(float(len(forces)))
-    x = np.interp(samples - delay, samples, forces)
+    delayed = np.interp(samples - delay, samples, forces)
     if not response.lag:
-        return x
+        return delayed
+    # A ramp is followed at a distance of lag times slope; a deviation from it decays exponentially.
     stays = float(np.exp(-response.period / response.lag))
-    late = response.lag / response.period * np.diff(x, append=x[-1])
-    later = np.append(x[1:], x[-1])
-    added = later - late - stays * (x - late)
-    return _recursion(stays, added, float(x[0]))
+    distance = response.lag / response.period * np.diff(delayed, append=delayed[-1])
+    following = np.append(delayed[1:], delayed[-1])
+    added = following - distance - stays * (delayed - distance)
+    return _recursion(stays, added, float(delayed[0]))
 
 
 def as_logged(axis: GeneratedAxis, values: Array) -> Array:
-    """Return the control of a law, or its terms, as the records of the axis log the control.
+    """Return the control of a law, or terms of it, as the logs of the axis have the control.
 
-    A record may log the control before the drive, after its delay, or after its lag.
+    A log may have the control before the drive, after its delay, or after its lag. The result has
+    the shape of the values.
 
     Parameters
     ----------
     axis : GeneratedAxis
+        Axis whose drive declares what its logs have.
     values : (N,) or (N, k) array
-        Values of the law at the samples of one stretch.
+        Control of the law, or terms of it, at the samples of one stretch.
     """
     drive, response = axis.drive, axis.response
     if response is None or not drive.logs_what_acts:
         return values
     if drive.logged == "current":
         columns = values.reshape(len(values), -1).T
-        seen = [lagged_force(column, response).at_samples for column in columns]
-        return np.stack(seen, axis=1).reshape(values.shape) if seen else values
+        lagged = [lagged_force(column, response).at_samples for column in columns]
+        return np.stack(lagged, axis=1).reshape(values.shape) if lagged else values
     return values[np.maximum(np.arange(len(values)) - response.late, 0)]
 
 
 def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = True) -> Array:
-    """Return commands, (N,), as the axis's records log the control; see `as_logged`.
+    """Return the control that the logs of an axis have for commands of its law, (N,).
 
-    If the log has the acting control, the commands also pass the drive's limit and command path.
-    Without `steps` they are not rounded, as rounded values have no derivative.
+    If the log has the acting control, the commands pass the drive's limit and command path. The
+    result is then delayed as in `as_logged`.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    commands : (N,) array
+        Commands of the law at the samples of one stretch, in the drive's unit.
+    steps : bool
+        False for commands that are not rounded, as rounded values have no derivative.
     """
     law = axis.control
     if law is not None and hides_command(axis):
@@ -253,15 +294,19 @@ def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = Tr
 
 
 def hides_command(axis: GeneratedAxis) -> bool:
-    """Return True if different commands may have one logged value.
+    """Return True if different commands may have the same value in the log.
 
-    The log has the acting control behind a command path that rounds, limits or has a dead band.
+    The log then has the acting control, after a command path that rounds, limits the rate or has a
+    dead band.
     """
     return axis.drive.logs_what_acts and not axis.drive.path.is_plain
 
 
 def limit_in_log(axis: GeneratedAxis) -> float:
-    """Return the logged control for a command at the drive's limit, without a rate limit."""
+    """Return the control in the log for a command at the drive's limit, in the drive's unit.
+
+    A rate limit is not considered.
+    """
     drive = axis.drive
     return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
 

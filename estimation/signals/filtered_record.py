@@ -1,4 +1,7 @@
-"""A record with its prefilter: open settings are chosen, unsuitable records are refused."""
+"""Record of an axis with its prefilter.
+
+Settings of the prefilter that the user left open are chosen, and unsuitable records are refused.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,23 +34,24 @@ from .signals import Motion, Signals, hold_mean, recorded_signals
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class FilteredRecord(Exact, Uncached):
-    """A record of an axis with a prefilter; filtered signals are computed once.
+    """Record of an axis with a prefilter; filtered signals are computed once.
 
     Attributes
     ----------
     axis : GeneratedAxis
     record : Record
     prefilter : Prefilter
-        Settings of the filter; `bind` chooses the hold and the treatment of reversals if they are
-        open.
+        Settings of the filter; `bind` chooses the hold and the treatment of reversals if the user
+        left them open.
     excluded : tuple of (int, int)
         Samples near reversals and rests that have no weight.
     fastest : float
-        Largest filtered speed of other records of the same machine; 0 without other records. The
-        rest speed of all records and segments is relative to it.
+        Largest filtered speed of other records of the same machine, m/s or rad/s; 0 without other
+        records. The speed below which an axis is at rest is relative to the largest speed of all
+        records.
     between : (N,) array or None
-        Mean of the control until the next sample minus the control at the sample, if the law is
-        evaluated between samples; None otherwise.
+        Mean of the control until the next sample minus the control at the sample, in the drive's
+        unit, if the law is evaluated between samples; None otherwise.
     """
 
     axis: GeneratedAxis
@@ -68,6 +72,7 @@ class FilteredRecord(Exact, Uncached):
         axis : GeneratedAxis
         record : Record
         prefilter : Prefilter
+            Settings, of which cut-off, decimation, hold and treatment of reversals may be open.
         fastest : float
             Largest speed of other records, see `FilteredRecord`.
 
@@ -79,7 +84,7 @@ class FilteredRecord(Exact, Uncached):
         """
         check_position(axis, record)
         prefilter, law = Prefilter.given(prefilter).at_rate_of(record.period), axis.control
-        # A control logged after the lag is continuous, as a measured force is.
+        # Hold. A control logged after the lag is continuous, as a measured force is.
         measured = record.force is not None or axis.drive.logged == "current"
         is_held = not measured and not (law is not None and law.continuous)
         hold = prefilter.hold or ("zoh" if is_held else "raw")
@@ -87,11 +92,14 @@ class FilteredRecord(Exact, Uncached):
         kept = cls(axis=axis, record=record, prefilter=settings, fastest=fastest)
         what = "the record's longest segment" if record.segments else "the record"
         kept.sampling.filter.check(max(stop - start for start, stop in record.spans), what)
+        # Reversals are left out, unless too little information remains and the user left it open.
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
         without_turns = kept.without(kept.sampling.turns(kept.motion[1], fastest))
-        asked = prefilter.reversals is None and not searches_friction(axis)
-        return kept if asked and show_too_little([without_turns]) else without_turns
+        is_open = prefilter.reversals is None and not searches_friction(axis)
+        if is_open and show_too_little([without_turns]):
+            return kept
+        return without_turns
 
     def turning_as(self, position: Array, *, also: bool = False) -> "FilteredRecord":
         """Return the record without the samples near reversals and rests of another motion.
@@ -99,10 +107,10 @@ class FilteredRecord(Exact, Uncached):
         Parameters
         ----------
         position : (N,) array
-            Position of the other motion, such as a simulated one.
+            Position of the other motion, such as a simulated motion, SI.
         also : bool
-            True if samples that are already left out stay left out. In this case nothing changes if
-            the prefilter keeps reversals.
+            True if the samples that are left out already stay left out. The record is then
+            unchanged if the prefilter keeps reversals.
         """
         if also and self.prefilter.reversals == "keep":
             return self
@@ -113,36 +121,47 @@ class FilteredRecord(Exact, Uncached):
 
     @property
     def by_position(self) -> "FilteredRecord | None":
-        """The record without measured velocity and acceleration; None if it has neither."""
+        """The same record without measured velocity and acceleration.
+
+        None if only the position is measured, or if the position is not measured.
+        """
         record = self.record
         if record.integrated or record.motion == ("position",):
             return None
         return replace(self, record=replace(record, velocity=None, acceleration=None))
 
     def with_columns(self, **columns: Array) -> "FilteredRecord":
-        """Return a record of the same samples with other columns, such as a simulated replica."""
+        """Return the record with other values of columns by role, such as a simulated replica.
+
+        Each column has shape (N,).
+        """
         return self._changed(("sampling",), record=self.record.with_values(**columns))
 
     def with_mean_control(self, between: Array | None) -> "FilteredRecord":
-        """Return the record with the difference of mean control and control at the samples, (N,).
+        """Return the record with a new value of the attribute `between`.
 
-        Unchanged with a measured force or without the hold ``zoh``.
+        The record is unchanged if `between` is None, if the force is measured, or without the hold
+        ``zoh``.
         """
         if between is None or self.record.force is not None or self.prefilter.hold != "zoh":
             return self
         return self._changed(("motion",), between=between)
 
     def without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
-        """Return the record with the given samples without weight, instead of the present ones.
+        """Return the record in which the given samples have no weight.
 
-        `excluded` has the first sample and the one after the last of each piece.
+        They replace the samples that have no weight now. `excluded` has the first sample and the
+        one after the last of each piece.
         """
         settings = replace(self.prefilter, reversals="leave-out" if excluded else "keep")
         same = ("motion", "force", "signals")  # do not depend on the rows that are left out
         return self._changed(same, prefilter=settings, excluded=tuple(sorted(excluded)))
 
     def _changed(self, same: tuple[str, ...], **fields: Any) -> "FilteredRecord":
-        """Return the record with new values of attributes; cached values in `same` are kept."""
+        """Return the record with new values of attributes.
+
+        `same` are the names of cached properties that do not change, and whose values are kept.
+        """
         other = replace(self, **fields)
         vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
         return other
@@ -160,7 +179,7 @@ class FilteredRecord(Exact, Uncached):
 
     @property
     def row_period(self) -> float:
-        """Time between rows that follow each other, s."""
+        """Time between consecutive rows, s."""
         return self.period * self.prefilter.decimate
 
     @property
@@ -174,7 +193,7 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def sampling(self) -> Sampling:
-        """Selected samples and their rows."""
+        """Selection of the samples, and the rows that they give."""
         # Uses compiled code if the axis is compiled already; a filter alone is not worth compiling.
         native = self.axis.native.evaluator("drive_force") is not None
         return Sampling(
@@ -187,7 +206,7 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def motion(self) -> Motion:
-        """Filtered position, velocity and acceleration, each (N,)."""
+        """Filtered position, velocity and acceleration, each (N,), SI."""
         record = self.record
         return self.sampling.motion(record.position, record.velocity, record.acceleration)
 
@@ -198,15 +217,21 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def force(self) -> Array:
-        """Force at each sample, (N,): measured, or computed from the control by the drive."""
+        """Force at each sample, N or N m, (N,): measured, or computed from the control.
+
+        Raises
+        ------
+        DataError
+            The record has neither a force nor a control.
+        """
         record = self.record
         if record.force is not None:
             return record.force
         control = self.acting_control
         if control is None:
             raise DataError(
-                f"{record.provenance.source} has neither a force nor a control column. Name one "
-                f"with {setting('columns', {'force': 'NAME'})} or "
+                f"{record.provenance.source} has neither a force nor a control column. Name one of "
+                f"these columns with {setting('columns', {'force': 'NAME'})} or "
                 f"{setting('columns', {'control': 'NAME'})}.",
                 code="missing-column",
             )
@@ -250,13 +275,16 @@ class FilteredRecord(Exact, Uncached):
         return self.beside(slope).force
 
     def force_by(self, added: Array) -> Array:
-        """Return the change of the force due to a signal added to the control, (N,)."""
+        """Return the change of the force due to a signal added to the control, N or N m, (N,).
+
+        `added` is in the drive's unit, (N,). Without a recorded control, a control of 0 is assumed.
+        """
         control = self.acting_control
         if control is None:
             control = np.zeros(len(self))
-        with_it = self.drive.force(control + added, self.motion, self.recorded)
-        without = self.drive.force(control, self.motion, self.recorded)
-        return self.beside(with_it - without).force
+        force_with = self.drive.force(control + added, self.motion, self.recorded)
+        force_without = self.drive.force(control, self.motion, self.recorded)
+        return self.beside(force_with - force_without).force
 
     @property
     def times_of_rows(self) -> Array:
@@ -299,7 +327,7 @@ class FilteredRecord(Exact, Uncached):
         )
 
     def beside(self, force: Array) -> Signals:
-        """Return the filtered motion together with a force, (N,), aligned by the hold."""
+        """Return the filtered motion with a given force, (N,), which the hold aligns."""
         q, velocity, acceleration = self.motion
         starts, delay = self._starts, self.hold_delay
         if delay:
@@ -318,20 +346,24 @@ class FilteredRecord(Exact, Uncached):
 
 
 def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = ()) -> bool:
-    """Return True if records without reversals and rests hardly show a parameter.
+    """Return True if samples left out near reversals carry much information on a parameter.
 
-    That is so if less than two thirds of the information on it remain, see `remaining_information`.
+    That is so if less than two thirds of the information on a parameter remain in all records
+    together, see `remaining_information`.
 
     Parameters
     ----------
     records : sequence of FilteredRecord
+        Records without the samples near reversals and rests.
     into : sequence of (p, P) array
         Matrix from the common parameters to those of each record; empty if they are equal.
     """
     into = into or [np.eye(len(each.axis.parameters)) for each in records]
     pairs = [*zip(records, into, strict=True)]
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
+    # Common parameters that are considered: those that affect a considered parameter of a record.
     counts = np.any([loss_counts_for(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
+    # X'X of the samples in motion, and of the samples that are used.
     information = []
     for each, transform in pairs:
         signals = each.beside(np.zeros(len(each)))  # the regressor does not depend on the force
@@ -343,20 +375,21 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     return remaining_information(counts, moving, used) < MIN_INFORMATION_LEFT.value
 
 
-#: Terms that may depend on position: name, function, its output, index of the position input.
-_TAKING_POSITION = (
+#: Terms that may depend on the position: name, function, index of its output, and index of the
+#: position among its inputs.
+_TERMS_OF_POSITION = (
     ("the known terms", "idm_regressor", 1, 0),
     ("the force of the drive", "drive_force", 0, 1),
 )
 
 
 def check_position(axis: GeneratedAxis, record: Record) -> None:
-    """Refuse a record of velocity alone for an axis whose model needs the position.
+    """Refuse a record without a position for an axis whose model depends on the position.
 
     Raises
     ------
     DataError
-        The model needs the position; the terms that depend on it are named.
+        The model depends on the position; the message names the terms that do.
     """
     if not record.integrated:
         return
@@ -364,13 +397,15 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
     needing = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
     needing += [
         what
-        for what, function, output, place in _TAKING_POSITION
-        if np.any(axis.functions[function].jac_sparsity(output, place).nnz())
+        for what, function, output, position in _TERMS_OF_POSITION
+        if np.any(axis.functions[function].jac_sparsity(output, position).nnz())
     ]
     if needing:
+        depend = "depends" if len(needing) == 1 else "depend"
         raise DataError(
-            f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
-            f"axis {axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
-            f"measured velocity drifts. Name it with {setting('columns', {'position': 'NAME'})}.",
+            f"{record.provenance.source} has no position, but {' and '.join(needing)} of axis "
+            f"{axis.name!r} {depend} on the position. The integral of a measured velocity drifts, "
+            "so it cannot replace the position. Name the position with "
+            f"{setting('columns', {'position': 'NAME'})}.",
             code="missing-column",
         )

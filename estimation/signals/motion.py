@@ -1,4 +1,4 @@
-"""Shortcomings of a motion for identification: one direction, one speed, or much standstill."""
+"""Missing excitation of a motion: one direction only, one speed only, or much standstill."""
 
 from dataclasses import dataclass
 
@@ -10,19 +10,21 @@ from axisid.estimation.thresholds import MIN_MOVING_SPEED
 
 from .signals import Signals
 
-_MAX_REST_SPEED = 0.005  # of the largest speed, below which an axis rests, noise or creep included
-# share of the samples in motion in the rarer direction, below which the axis hardly reverses
+# Speed relative to the largest speed, below which an axis is at rest, with noise or creep.
+_MAX_REST_SPEED = 0.005
+# Share of the samples in motion in the rarer direction, below which the axis hardly reverses.
 _MIN_REVERSED_SHARE = 0.01
-_MIN_STEADY_SAMPLES = 16  # samples at steady speed that are needed to find a single speed
+_MIN_STEADY_SAMPLES = 16  # smallest number of samples at steady speed that show a single speed
 _MIN_SPEED_SPREAD = 0.1  # spread relative to the cruising speed, below which there is one speed
-_MAX_STEADY_ACCELERATION = 0.1  # of the largest acceleration, below which the speed is steady
-# share of the samples of a fit at rest: measured, an eighth at rest changes friction by a tenth, a
-# third changes most of it
+# Acceleration relative to the largest acceleration, below which the speed is steady.
+_MAX_STEADY_ACCELERATION = 0.1
+# Largest share of the samples of a fit at rest. Measured: a share of an eighth changes the
+# estimated friction by a tenth, a share of a third changes most of it.
 MAX_REST_SHARE = 0.1
 
 
 def motion_lacks(signals: Signals) -> tuple[str, ...]:
-    """Return sentences on missing excitation: one direction only, one speed only."""
+    """Return sentences on missing excitation, one direction or one speed only; empty for none."""
     return tuple(filter(None, (one_direction(signals), one_speed(signals))))
 
 
@@ -32,11 +34,11 @@ def resting(signals: Signals, used: NDArray[np.bool_], others_fastest: float = 0
     Parameters
     ----------
     signals : Signals
-        Signals of N samples.
+        Signals of all N samples.
     used : (N,) array of bool
-        Samples of the fit.
+        True for samples of the fit.
     others_fastest : float
-        Largest speed of other records of the machine.
+        Largest speed of other records of the machine, m/s or rad/s.
     """
     speed = np.abs(signals.velocity)
     still = speed[used] < _MAX_REST_SPEED * max(float(speed.max()), others_fastest)
@@ -49,13 +51,14 @@ def one_direction(signals: Signals) -> str:
     forward = float(np.mean(moving > 0)) if len(moving) else 0.0
     if _MIN_REVERSED_SHARE <= forward <= 1 - _MIN_REVERSED_SHARE:
         return ""
-    return f"the velocity {'never' if forward in (0, 1) else 'hardly ever'} changes its sign"
+    return f"the velocity {'never' if forward in (0, 1) else 'hardly ever'} changes sign"
 
 
 def one_speed(signals: Signals) -> str:
     """Return a sentence if there is only one cruising speed; empty otherwise.
 
-    Accelerating through other speeds does not separate friction terms well.
+    The axis passes other speeds while it accelerates, but these samples do not separate friction
+    terms well.
     """
     acceleration = np.abs(signals.acceleration)
     steady = acceleration < _MAX_STEADY_ACCELERATION * acceleration.max()
@@ -63,7 +66,7 @@ def one_speed(signals: Signals) -> str:
     if len(speeds) < _MIN_STEADY_SAMPLES:
         return ""
     low, middle, high = np.quantile(speeds, [0.1, 0.5, 0.9])
-    return "there is one speed only" if high - low < _MIN_SPEED_SPREAD * middle else ""
+    return "the axis has one cruising speed only" if high - low < _MIN_SPEED_SPREAD * middle else ""
 
 
 def _in_motion(signals: Signals) -> NDArray[np.bool_]:
@@ -74,7 +77,7 @@ def _in_motion(signals: Signals) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingAxis(Finding):
-    """An axis at standstill in so many samples of a fit that sticking friction biases the fit.
+    """Standstill in so many samples of a fit that sticking friction biases the fit.
 
     Attributes
     ----------

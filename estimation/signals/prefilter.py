@@ -26,9 +26,10 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
 from axisid.support.wording import quoted
 
-# ratio of two cut-offs that count as equal, or of two periods that keep counts of samples
+# Largest ratio of two cut-off frequencies that count as equal, and of two sampling periods for
+# which a setting has the same number of samples.
 SAME_FILTER_FREQUENCY = 1.01
-# of the sampling frequency: 60 Hz from 300 Hz on, two in five of the Nyquist frequency below
+# Default cut-off relative to the sampling frequency, if that is below 300 Hz; otherwise 60 Hz.
 _MAX_DEFAULT_CUTOFF = 0.2
 
 #: Edge of the decimation filter, relative to the row frequency.
@@ -66,14 +67,14 @@ class Prefilter:
         of the low-pass (decay to 1e-3) at both ends, where the filters extrapolate the record.
     hold : {"raw", "zoh"} or None
         ``zoh`` pairs the acceleration at a sample with the mean of the forces held before and
-        after it, since a drive holds its force over the period; ``raw`` with the force after it,
-        as in the published recipe. None selects ``zoh`` for a control that a drive holds, and
-        ``raw`` for a measured force or a continuous law.
+        after the sample, since a drive holds its force over the period. ``raw`` pairs it with the
+        force after the sample, as in the published recipe. None selects ``zoh`` for a control that
+        a drive holds, and ``raw`` for a measured force or a continuous law.
     reversals : {"keep", "leave-out"} or None
         ``leave-out`` gives no weight, before the decimation, to samples near a reversal or a rest:
         there the low-pass rounds the jump of friction, and at rest noise decides its sign. None
-        leaves them out for an axis whose force depends on the direction of motion, unless a
-        parameter would then lose more than a third of the information that all records together
+        leaves these samples out for an axis whose force depends on the direction of motion, unless
+        a parameter would then lose more than a third of the information that all records together
         have on it outside rests. Examples are an inertia if the axis accelerates only at reversals,
         and Coulomb friction at a low cut-off. ``keep`` is the published recipe.
 
@@ -93,32 +94,33 @@ class Prefilter:
 
     def __post_init__(self) -> None:
         drop = (0, 0) if self.drop is None else self.drop
-        pair = isinstance(drop, (tuple, list)) and len(drop) == 2
+        is_pair = isinstance(drop, (tuple, list)) and len(drop) == 2
         refuse(
             UsageError,
             (
                 not (is_real(self.cutoff) and 0 < self.cutoff < math.inf),
-                f"the cutoff is {quoted(self.cutoff)}; give a positive number of hertz",
+                f"the cutoff is {quoted(self.cutoff)}. Give a positive number of hertz",
             ),
             (
                 not _is_whole_within(self.order, 1, 10),
-                f"the order is {quoted(self.order)}; give a whole number from 1 to 10",
+                f"the order is {quoted(self.order)}. Give a whole number from 1 to 10",
             ),
             (
                 not _is_whole_within(self.decimate, 1),
-                f"the decimation is {quoted(self.decimate)}; give 1 (keep every row) or more",
+                f"the decimation is {quoted(self.decimate)}. Give a whole number, 1 (keep every "
+                "row) or more",
             ),
             (
-                not (pair and all(_is_whole_within(end, 0) for end in drop)),
-                f"the number of samples to drop is {quoted(self.drop)}; give two whole numbers, 0 "
-                "or more at each end",
+                not (is_pair and all(_is_whole_within(end, 0) for end in drop)),
+                f"the number of samples to drop is {quoted(self.drop)}. Give two whole numbers, 0 "
+                "or more, for the start and the end",
             ),
             code="filter",
         )
         choices = (
             ("row alignment", self.decimation or "none", ("matlab", "scipy")),
             ("hold", self.hold, ("raw", "zoh")),
-            ("way with reversals", self.reversals, ("keep", "leave-out")),
+            ("treatment of reversals", self.reversals, ("keep", "leave-out")),
         )
         check_among(*(row for row in choices if row[1] is not None))
 
@@ -133,7 +135,7 @@ class Prefilter:
         """
         if not isinstance(prefilter, Prefilter | None):
             raise UsageError(
-                f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
+                f"the prefilter is {quoted(prefilter)}. Give a Prefilter, or omit the argument.",
                 code="filter",
             )
         return prefilter or cls()
@@ -142,10 +144,12 @@ class Prefilter:
     def suited(cls, period: float, **settings: Any) -> "Prefilter":
         """Return settings for a sampling period in s; default cut-off and decimation are chosen.
 
+        `settings` are values of attributes.
+
         Raises
         ------
         UsageError
-            The period is no positive number, or a setting is not valid.
+            The period is not a positive number, or a setting is not valid.
         """
         check_sample_period(period)
         return cls(**settings).at_rate_of(period)
@@ -160,7 +164,10 @@ class Prefilter:
         return replace(self, cutoff=float(cutoff), decimate=int(decimate))
 
     def at_period(self, designed: float, period: float) -> "Prefilter":
-        """Return the same filter for another period: frequencies in Hz stay, sample counts scale.
+        """Return the settings of the same filter for another period.
+
+        Frequencies in Hz do not change; decimation and dropped samples are scaled. Periods that
+        differ by less than 1 % count as equal.
 
         Parameters
         ----------
@@ -184,33 +191,47 @@ def _is_whole_within(number: object, least: int, most: float = math.inf) -> bool
 
 
 def matching_decimation(cutoff: float, period: float) -> int:
-    """Return the smallest decimation whose filter edge is at the cut-off or below, 2 or more."""
+    """Return the smallest decimation, at least 2, that filters the force like the motion or more.
+
+    The edge of its decimation filter is at the cut-off of the low-pass or below it.
+
+    Parameters
+    ----------
+    cutoff : float
+        Cut-off frequency of the low-pass, Hz.
+    period : float
+        Sampling period, s.
+    """
     return max(2, math.ceil(DECIMATION_EDGE / (cutoff * period) - 1e-9))
 
 
-_MIN_CUTOFF = 1e-4  # of the Nyquist frequency; lower cut-offs are refused
+_MIN_CUTOFF = 1e-4  # smallest cut-off relative to the Nyquist frequency
 _SETTLED_TRANSIENT = 1e-3  # remainder of a filter's transient that counts as settled
-# remainder of a step response, above which the low-pass rounds a reversal
+# Remainder of a step response, above which the low-pass rounds a reversal.
 _MAX_STEP_REMAINDER = 0.05
 
+#: First sample and the one after the last.
 Span = tuple[int, int]
 
-_RIPPLE_DB = 0.05
+_RIPPLE_DB = 0.05  # ripple of the decimation filter in its pass band, dB
 _DECIMATION_ORDER = 8
 _PADDING = 3  # samples per order of a filter by which a stretch is extended at both ends
 
 
 @dataclass(frozen=True, slots=True)
 class SampledFilter:
-    """The prefilter at a sampling period, applied to one stretch of samples.
+    """Prefilter at a sampling period, for one stretch of samples.
+
+    A stretch is a series of samples without gaps, such as a segment of a record.
 
     Attributes
     ----------
     settings : Prefilter
+        Settings with cut-off and decimation for the sampling period.
     period : float
         Sampling period, s.
     native : bool
-        True if compiled code is used if it is available; results are bit-identical.
+        True if compiled code is used where it is available; its results are bit-identical.
     """
 
     settings: Prefilter
@@ -219,12 +240,15 @@ class SampledFilter:
 
     @property
     def dropped(self) -> tuple[int, int]:
-        """Number of samples without weight at start and end."""
+        """Number of samples that have no weight at start and end of a stretch."""
         return self.settings.drop or (self._transient(_SETTLED_TRANSIENT),) * 2
 
     @property
     def cut(self) -> tuple[int, int]:
-        """Number of samples at start and end that are cut off before the decimation filter."""
+        """Number of samples at start and end that are cut off before the decimation filter.
+
+        These are the samples that the user gave (`drop`); by default none.
+        """
         return self.settings.drop or (0, 0)
 
     @property
@@ -243,7 +267,7 @@ class SampledFilter:
 
     @property
     def turn_reach(self) -> int:
-        """Number of samples to both sides of a reversal in which the low-pass rounds the motion."""
+        """Number of samples on each side of a reversal in which the low-pass rounds the motion."""
         return self._transient(_MAX_STEP_REMAINDER)
 
     @property
@@ -253,7 +277,7 @@ class SampledFilter:
 
     @property
     def needed(self) -> int:
-        """Smallest number of samples of a stretch that gives a row."""
+        """Smallest number of samples of a stretch that gives a row after both filters."""
         decimate = self.settings.decimate
         order = max(self.settings.order, _DECIMATION_ORDER if decimate > 1 else 0)
         return max(_PADDING * order, 2 * decimate) + sum(self.dropped) + 1
@@ -261,10 +285,17 @@ class SampledFilter:
     def check(self, samples: int, what: str = "the record") -> None:
         """Refuse settings that do not suit a record or its longest segment.
 
+        Parameters
+        ----------
+        samples : int
+            Number of samples of the record or segment.
+        what : str
+            Name of the record or segment, for messages.
+
         Raises
         ------
         UsageError
-            The cutoff is not below the Nyquist frequency.
+            The cutoff is too low, or is not below the Nyquist frequency.
         DataError
             The record is shorter than the filters' transients.
         """
@@ -275,37 +306,38 @@ class SampledFilter:
             (
                 cutoff < lowest,
                 f"the cutoff {cutoff:g} Hz is too low for a record sampled at {2 * nyquist:g} "
-                f"Hz; give {lowest:g} Hz or more, and check that time is in seconds",
+                f"Hz. Give {lowest:g} Hz or more, and check that the time is in seconds",
             ),
             (
                 cutoff >= nyquist,
                 f"the cutoff {cutoff:g} Hz is not below {nyquist:g} Hz, half the sampling "
-                f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
-                "of the position loop), and check that time is in seconds",
+                "frequency of the record. Give a lower cutoff (about 3 to 10 times the bandwidth "
+                "of the position loop), and check that the time is in seconds",
                 "filter",
             ),
         )
         if samples < self.needed:
             start, end = self.dropped
             raise DataError(
-                f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
-                f"transients take {self.needed - 1 - start - end}. Check that time is in seconds "
-                f"({setting('columns', {'time': 'NAME:UNIT'})}); else record longer, drop fewer, "
-                "raise the cutoff, or lower the order or the decimation.",
+                f"{what} has {samples} samples, but {self.needed} or more are needed: {start} at "
+                f"the start and {end} at the end are dropped, and the filters' transients take "
+                f"{self.needed - 1 - start - end}. Check that the time is in seconds "
+                f"({setting('columns', {'time': 'NAME:UNIT'})}). If it is, record longer, drop "
+                "fewer samples, raise the cutoff, or lower the order or the decimation.",
                 code="too-short",
             )
 
     def remarks(self) -> tuple[str, ...]:
-        """Return warnings on settings that bias the estimates."""
+        """Return warnings on settings that bias the estimates; empty for none."""
         cutoff, decimate = self.settings.cutoff, self.settings.decimate
         edge = (DECIMATION_EDGE / decimate if decimate > 1 else 0.5) / self.period
         if edge <= cutoff * SAME_FILTER_FREQUENCY:
             return ()
         wanted = matching_decimation(cutoff, self.period)
         return (
-            f"the motion is low-passed at {cutoff:g} Hz, the force only at {edge:.4g} Hz, by "
-            "the decimation: motion and force are then filtered differently, which biases every "
-            f"method; decimate by {wanted} or more, or raise the cutoff",
+            f"the motion is low-passed at {cutoff:g} Hz, but the force only at {edge:.4g} Hz, by "
+            "the decimation. Motion and force are then filtered differently, which biases the "
+            f"estimates of every method. Decimate by {wanted} or more, or raise the cutoff",
         )
 
     def motion(
@@ -338,11 +370,12 @@ class SampledFilter:
         return _designed(_DECIMATION_ORDER, 0.8 / self.settings.decimate, _RIPPLE_DB)
 
     def reduce(self, signals: Array) -> Array:
-        """Return the rows of one stretch, decimated: (N,) or (N, k) to (n,) or (n, k).
+        """Return the rows of signals of one stretch, (n,) or (n, k), from samples (N,) or (N, k).
 
-        Given ends (`drop`) are cut off first, as in the published recipe. By default the ends have
-        no weight: otherwise the decimation filter would spread the errors there, or extrapolate
-        from the last kept sample and give it much weight.
+        The signals are decimated after the decimation filter. The samples that the user drops
+        (`drop`) are cut off first, as in the published recipe. By default the ends are set to 0
+        instead: otherwise the decimation filter would spread the errors there, or extrapolate from
+        the last kept sample and give it much weight.
         """
         weighted, (first, last) = np.array(signals, dtype=float), self.dropped
         weighted[:first] = weighted[len(weighted) - last :] = 0.0
@@ -355,7 +388,7 @@ class SampledFilter:
     def _without_phase(self, low_pass: "Sections", signals: Array) -> Array:
         """Return signals, (N,) or (N, k), filtered forward and backward along the first axis.
 
-        They are extended oddly at both ends.
+        The signals are extended at both ends, by a rotation about the first and the last sample.
         """
         compiled = column_filter() if self.native else None
         if compiled is None:
@@ -369,11 +402,12 @@ class SampledFilter:
         ).reshape(signals.shape)
 
     def rows(self, samples: int) -> NDArray[np.int64]:
-        """Return the sample numbers of the rows of one stretch, (n,)."""
+        """Return the sample numbers of the rows of one stretch of `samples` samples, (n,)."""
         low, high = self.dropped
         decimate, first = self.settings.decimate, self.cut[0]
         if self.settings.decimation == "matlab":  # aligned to the end
             first += (samples - sum(self.cut) - 1) % decimate
+        # Begin at the first of these samples that is not dropped.
         first += max(-(-(low - first) // decimate), 0) * decimate
         return np.arange(first, samples - high, decimate)
 
@@ -407,7 +441,7 @@ class Sections:
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=64)
 def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
-    """Return a Butterworth low-pass, or Chebyshev type I with a ripple in dB.
+    """Return a Butterworth low-pass, or a Chebyshev low-pass of type I if a ripple is given.
 
     Parameters
     ----------

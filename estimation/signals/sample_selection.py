@@ -1,8 +1,8 @@
 """Selection of samples, the rows that they give, and the times of the rows.
 
 Rows are missing where samples are masked or left out, between segments and between records.
-Statements on rows a lag apart, such as a covariance or a run of one sign, apply to rows a lag apart
-in time, not in the array.
+Quantities of rows that are a lag apart, such as an autocovariance or a run of one sign, are those
+of rows a lag apart in time, not in the array.
 
 References
 ----------
@@ -22,10 +22,11 @@ from axisid.support.arrays import Array, mask_of, runs
 
 from .prefilter import SampledFilter, Span
 
+#: Selection of rows: a slice, or their indices.
 Index = slice | NDArray[np.intp]
 
-_APART = 1 << 40  # rows between pieces: more than any lag
-_AT_ONCE = 8  # columns that are filtered together
+_APART = 1 << 40  # row periods between pieces: more than any lag
+_AT_ONCE = 8  # number of columns that are filtered together
 
 #: Number of lags, and of lags times rows, from which Fourier transforms compute the products.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
@@ -33,25 +34,25 @@ _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 
 @dataclass(frozen=True, eq=False)
 class RowTimes:
-    """Times of rows in row periods; rows at adjacent times are neighbours.
+    """Times of rows in row periods; rows at consecutive times are neighbours.
 
     Attributes
     ----------
     places : (n,) array of int
-        Times, strictly increasing. Rows of different segments or records are further apart than any
-        lag.
+        Time of each row in row periods, strictly increasing. Rows of different segments or records
+        are further apart than any lag.
     """
 
     places: NDArray[np.int64]
 
     @classmethod
     def consecutive(cls, rows: int) -> "RowTimes":
-        """Return the times of rows without gaps."""
+        """Return the times of a number of rows without gaps."""
         return cls(np.arange(rows, dtype=np.int64))
 
     @classmethod
     def joined(cls, pieces: Sequence["RowTimes"]) -> "RowTimes":
-        """Return the times of all pieces, so that rows of different pieces are not neighbours."""
+        """Return the times of the rows of all pieces, with gaps between the pieces."""
         if len(pieces) == 1:
             return pieces[0]
         places, following = [], 0
@@ -78,7 +79,7 @@ class RowTimes:
 
     @property
     def lengths(self) -> NDArray[np.int64]:
-        """Number of rows of each stretch without gaps."""
+        """Number of rows of each stretch without gaps, (s,)."""
         return np.diff(np.concatenate([[0], self.breaks, [len(self)]]))
 
     def split(self, values: Array) -> list[Array]:
@@ -86,9 +87,9 @@ class RowTimes:
         return list(np.split(values, self.breaks))
 
     def on_grid(self, values: Array, reach: int) -> Array:
-        """Return values, (n, k), on a grid of times with zeros for missing rows.
+        """Return values of rows, (n, k), on an even grid of times, (m, k), with 0 for missing rows.
 
-        Gaps are shortened so that neighbouring rows are at most `reach` apart.
+        Gaps are shortened so that consecutive rows are at most `reach` row periods apart.
         """
         if self.whole:
             return values
@@ -99,7 +100,10 @@ class RowTimes:
         return filled
 
     def autocovariances(self, scores: Array, lags: int) -> Array:
-        """Return ``sum_t s_t s_(t-l)'`` of scores (n, k) for lags 0 to `lags`, (lags + 1, k, k)."""
+        """Return the sums ``sum_t s_t s_(t-l)'`` for lags l from 0 to `lags`, (lags + 1, k, k).
+
+        `scores` has the row s_t of each time t, (n, k).
+        """
         placed = self.on_grid(scores, lags + 1)
         rows = len(placed)
         if lags >= _MANY_LAGS and (lags + 1) * rows >= _MANY_PRODUCTS:
@@ -115,7 +119,7 @@ class RowTimes:
     def pairs(self, lag: int) -> tuple[Index, Index]:
         """Return the indices of all pairs of rows that are a lag (0 or more) apart.
 
-        The first value has the later rows, the second one the earlier rows.
+        The first value has the later rows, the second value the earlier rows.
         """
         if self.whole:
             return slice(lag, None), slice(0, max(len(self) - lag, 0))
@@ -127,23 +131,24 @@ class RowTimes:
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
-    """Selected samples of one record under a prefilter, and the rows that they give.
+    """Selection of the samples of one record for a prefilter, and the rows that they give.
 
-    Each segment is filtered separately and loses its transients at both ends; a segment that is too
-    short for that is left out. Rows whose filters reach a masked sample are left out too.
+    Each segment is filtered separately, without the transients at both ends. A segment that is too
+    short for the filters is left out, and so are rows whose filters reach a masked sample.
 
     Attributes
     ----------
     filter : SampledFilter
-        The prefilter at the record's period.
+        Prefilter at the sampling period of the record.
     samples : int
         Number of samples of the record.
     segments : tuple of (int, int)
-        Segments of a record with gaps; empty for a record without gaps.
+        First sample and the one after the last of each segment of a record with gaps; empty for a
+        record without gaps. The same applies to the pieces below.
     masked : tuple of (int, int)
-        Samples that no row may depend on.
+        Pieces on which no row may depend.
     excluded : tuple of (int, int)
-        Samples without weight, near reversals and rests.
+        Pieces near reversals and rests that have no weight.
     """
 
     filter: SampledFilter
@@ -154,12 +159,15 @@ class Sampling:
 
     @property
     def excluded_samples(self) -> int:
-        """Number of samples without weight, near reversals and rests."""
+        """Number of samples near reversals and rests that have no weight."""
         return sum(stop - start for start, stop in self.excluded)
 
     @cached_property
     def spans(self) -> tuple[Span, ...]:
-        """Segments that are long enough for the filter; the whole record if it has no gaps."""
+        """First sample and the one after the last of each segment that is long enough.
+
+        The whole record is one segment if it has no gaps.
+        """
         stretches, needed = self.segments or ((0, self.samples),), self.filter.needed
         return tuple(span for span in stretches if span[1] - span[0] >= needed)
 
@@ -168,8 +176,9 @@ class Sampling:
     ) -> tuple[Array, Array, Array]:
         """Return filtered position, velocity and acceleration, each (N,), SI.
 
-        Segments that are left out are at rest. Velocity and acceleration are differences unless
-        they were measured; see `SampledFilter.motion`.
+        In segments that are left out, the position is unfiltered, and velocity and acceleration are
+        0. Velocity and acceleration are differences unless they were measured, see
+        `SampledFilter.motion`.
         """
         q = np.array(position, dtype=float)
         dq, ddq = np.zeros_like(q), np.zeros_like(q)
@@ -184,11 +193,11 @@ class Sampling:
         """Return the rows of signals, (n,) or (n, k), from samples (N,) or (N, k).
 
         The ends are dropped, the signals are filtered and decimated, and rows whose filters reach
-        masked samples are left out.
+        masked samples, or that have hardly any weight, are left out.
         """
         if signals.ndim == 1:
             return self._reduced(signals)[self._selected]
-        # A column of 1 or -1, as of an offset, gives exactly the weights or their negative.
+        # The rows of a column of 1 or -1, as of an offset, are the weights or minus the weights.
         known = np.array([abs(of[0]) == 1 and np.all(of == of[0]) for of in signals.T], dtype=bool)
         rows = np.empty((len(self.rows), len(known)))
         rows[:, known] = self.weights[:, None] * signals[0, known]
@@ -206,7 +215,10 @@ class Sampling:
 
     @cached_property
     def weights(self) -> Array:
-        """Weight of each row, (n,): the row of a signal that is 1 in every sample."""
+        """Weight of each row, (n,): the row of a signal that is 1 in every sample.
+
+        It is smaller near samples without weight.
+        """
         return self.reduce(np.ones(self.samples))
 
     @property
@@ -223,7 +235,7 @@ class Sampling:
 
     @cached_property
     def neighbours(self) -> RowTimes:
-        """Times of the rows."""
+        """Times of the rows, in row periods."""
         numbers = self.rows.astype(np.int64)
         starts = [start for start, _ in self.spans[1:]]
         pieces = np.split(numbers, np.searchsorted(numbers, starts))
@@ -235,15 +247,21 @@ class Sampling:
         return int(np.sum(~self._clean))
 
     def turns(self, velocity: Array, fastest: float = 0.0) -> tuple[Span, ...]:
-        """Return the spans of samples near a reversal or rest of a filtered velocity.
+        """Return the pieces of samples near a reversal or rest of a filtered velocity.
 
         Parameters
         ----------
         velocity : (N,) array
+            Filtered velocity, m/s or rad/s.
         fastest : float
-            Largest speed of other records of the machine.
+            Largest speed of other records of the machine, m/s or rad/s.
+
+        Returns
+        -------
+        tuple of (int, int)
+            First sample and the one after the last of each piece.
         """
-        # Noise at rest is equal in all records of a machine, so that one rest speed applies to all.
+        # Noise at rest is equal in all records of a machine, so one rest speed applies to all.
         speeds = (float(np.abs(velocity[a:b]).max()) for a, b in self.spans)
         rest = REST_SPEED.value * max(fastest, *speeds)
         reach = self.filter.turn_reach
@@ -256,7 +274,7 @@ class Sampling:
     def _reduced(self, signals: Array) -> Array:
         """Return the rows of all segments, (m,) or (m, k), from samples (N,) or (N, k).
 
-        Rows that depend on masked samples and rows without weight are included.
+        Rows that depend on masked samples, and rows without weight, are included.
         """
         weighted = signals
         if self.excluded:
@@ -266,15 +284,15 @@ class Sampling:
 
     @cached_property
     def _all_rows(self) -> Array:
-        """Sample numbers of the rows of all segments, masked and excluded ones included."""
+        """Sample numbers of the rows of all segments, with masked and excluded rows, (m,)."""
         return np.concatenate([a + self.filter.rows(b - a) for a, b in self.spans]).astype(
             np.float64
         )
 
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
-        """True for rows whose filters do not reach a masked sample."""
-        if not self.masked:  # saves the design of a filter
+        """True for rows of all segments whose filters do not reach a masked sample, (m,)."""
+        if not self.masked:  # the reach of the filters is not needed
             return np.ones(len(self._all_rows), dtype=bool)
         reach = self.filter.memory * self.filter.settings.decimate
         ends = ((start - reach, stop + reach) for start, stop in self.masked)
@@ -283,7 +301,7 @@ class Sampling:
 
     @cached_property
     def _selected(self) -> NDArray[np.bool_]:
-        """True for rows that are neither masked nor excluded."""
+        """True for rows of all segments that are kept, (m,): neither masked nor excluded."""
         if not self.excluded:
             return self._clean
         return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)
@@ -297,7 +315,7 @@ def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:
     velocity : (N,) array
         Filtered velocity.
     reach : int
-        Distance in samples, to both sides, that is near.
+        Largest distance from the change of direction or the rest, in samples.
     rest : float
         Speed below which the axis counts as at rest.
     """

@@ -1,9 +1,9 @@
 """Signals of the regressor: motion, force and recorded signals, sample by sample.
 
-Recorded signals are not differentiated, so that they enter the rows unfiltered, as the force does.
-Products with the motion are computed sample by sample, and both sides of the rows then pass the
-same decimation filter. A held signal changes at a sample: its mean about the sample belongs to the
-acceleration there.
+Recorded signals are not differentiated, so they are not low-passed, as the force is not. Products
+with the motion are computed sample by sample, and both sides of the rows then pass the same
+decimation filter. A held signal changes at a sample: the mean of its values before and after the
+sample belongs to the acceleration at the sample.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,6 +14,7 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError
+from axisid.support.settings import setting
 
 #: Position, velocity and acceleration, each (N,), SI.
 Motion = tuple[Array, Array, Array]
@@ -49,8 +50,9 @@ def drive_force(
 def hold_mean(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
     """Return the mean of the held values just before and just after each sample, (N,).
 
-    It is ``(1 - d) x_k + d x_(k-1)`` with the delay d, within segments. The mean is half a sample
-    late. A value that is held for less than a sample is interpolated linearly, d samples late.
+    It is ``(1 - d) x_k + d x_(k-1)`` within segments. With the delay d = 0.5 it is the mean of two
+    held values, which is half a sample late. With a smaller d it is a linear interpolation that is
+    d samples late, for a value that is held for less than a sample.
 
     Parameters
     ----------
@@ -59,7 +61,7 @@ def hold_mean(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array
     starts : sequence of int
         First samples of the segments.
     delay : float
-        d, samples.
+        Delay d, in samples.
     """
     before = np.concatenate([values[:1], values[:-1]])
     before[starts] = values[starts]
@@ -82,14 +84,14 @@ def recorded_signals(
     Raises
     ------
     DataError
-        The record lacks one.
+        The record has no column for a signal.
     """
     names = [signal.name for signal in axis.signals]
     if missing := [name for name in names if name not in columns]:
         raise DataError(
-            f"{source} has no column for {', '.join(missing)}, which axis {axis.name!r} has "
-            "as recorded signals; name it with columns "
-            f"{','.join(f'{name}=NAME' for name in missing)}.",
+            f"{source} has no column for {', '.join(missing)}, but axis {axis.name!r} declares "
+            f"{'this recorded signal' if len(missing) == 1 else 'these recorded signals'}. Set "
+            f"{setting('columns', dict.fromkeys(missing, 'NAME'))}.",
             code="missing-column",
         )
     return tuple(columns[name] for name in names)

@@ -1,13 +1,14 @@
 """Simulation of the closed loop from its reference.
 
-The control law is evaluated once per sample and held (or continuously, if it is continuous).
-Between samples, the plant moves in one friction mode; at a zero of the velocity the crossing is
-located and a new mode is chosen. At rest the model decides: with the accelerations a(+) and a(-)
-for both friction directions, the axis sticks if and only if ``a(+) <= 0 <= a(-)`` [Filippov1988]_.
-Native code is used if there is a compiler, the CasADi virtual machine otherwise.
+A sampled control law is evaluated once per sample, and its control is held until the next sample; a
+continuous law is evaluated continuously. Between samples, the plant moves in one friction mode:
+forward, backward or stuck. At a zero of the velocity the crossing is located and a new mode is
+chosen. At rest the model decides: with the accelerations a(+) and a(-) for both friction
+directions, the axis sticks if and only if ``a(+) <= 0 <= a(-)`` [Filippov1988]_. Native code is
+used if there is a compiler, the CasADi virtual machine otherwise.
 
-Many loops run in parallel on several processors; a loop that is refused, or repeated with more
-steps or a larger range, is simulated separately.
+Many loops run in parallel on several processors. A loop that is refused, or that needs a larger
+range or too many steps, is simulated separately.
 """
 
 from __future__ import annotations  # as they are written, in what help() prints
@@ -163,7 +164,7 @@ def simulate_loop(
     substeps : int, optional
         Steps per sample; by default as many as needed.
     budget : StepBudget, optional
-        Budget of steps, from which those of this simulation are subtracted.
+        Remaining steps of a search, from which the steps of this simulation are subtracted.
     bounded : bool
         True if parameters beyond their bounds, and friction that drives the axis, are refused;
         estimates may be slightly beyond their bounds.
@@ -173,14 +174,14 @@ def simulate_loop(
     UsageError, EstimationError
         As in `simulate`.
     """
-    # `logged` are the inputs at the samples of the log.
+    # Inputs at the samples of the log; without two clocks these are the inputs of the law.
     clocks, logged = inputs.clocks, inputs.log or inputs
     if clocks is not None and axis.response is not None:
         raise UsageError(
-            f"the period is {clocks.log_period:g} s, the control law of axis "
-            f"{axis.name!r} is evaluated every {clocks.law_period:g} s, and its "
-            f"drive has a {' and '.join(axis.of_law_samples)}: such a loop is "
-            "not known between the law's samples. Give the law's period.",
+            f"the sampling period is {clocks.log_period:g} s, but the control law of axis "
+            f"{axis.name!r} is evaluated every {clocks.law_period:g} s. The drive has a "
+            f"{' and '.join(axis.of_law_samples)}, so its loop is simulated only at the "
+            "evaluations of the law. Give the period of the law.",
             code="loop-period",
         )
     out, steps, failed = settled_loop(
@@ -216,7 +217,7 @@ def settled_loop(
     Returns
     -------
     dict of str to (M,) array
-        Signals by name; not a number after an early end of the loop.
+        Signals by name; NaN from the sample at which the loop ended early.
     int
         Steps per sample.
     str
@@ -320,6 +321,7 @@ class BatchSimulation(Exact):
     failures: dict[int, str]
 
     def __getitem__(self, name: str) -> Array:
+        """Return one of the requested signals, (N, B)."""
         return self.signals[name]
 
 
@@ -389,16 +391,17 @@ def simulate_batch(
     does not depend on the other lanes: if all signals need too much memory, simulate the lanes in
     several calls.
 
-    The substeps are those of `simulate`, chosen once before any lane runs if no motion needs more
-    than the start. If damping, stiffness or waves vary along the motion, each lane has its own
-    number: with the largest number for all lanes, the result of a lane would depend on the others.
+    The substeps are those of `simulate`. They are chosen once before any lane runs if no motion
+    needs more steps than the start. If damping, stiffness or waves vary along the motion, each lane
+    has its own number: with the largest number for all lanes, the result of a lane would depend on
+    the other lanes.
     """
     axis = as_generated(axis)
-    check_whole("the threads", threads, _MOST_THREADS)
+    check_whole("threads", threads, _MOST_THREADS)
     several = isinstance(wanted, Iterable) and not isinstance(wanted, str)
     if not several or any(name not in SIGNALS for name in wanted):
         raise UsageError(
-            f"the wanted signals are {quoted(wanted)}; give a list of names, of "
+            f"the wanted signals are {quoted(wanted)}. Give a list of names from "
             f"{', '.join(SIGNALS)}.",
             code="simulation-input",
         )
@@ -432,8 +435,8 @@ def simulate_lanes(
 ) -> BatchSimulation:
     """Return the signals of simulated loops with parameters (B, p), at the samples of the log.
 
-    Lanes run in groups with equal steps per sample. Lanes that cannot run in a group, or fail
-    there, are simulated separately.
+    Lanes run in groups with equal steps per sample. Lanes that cannot run in a group, or do not
+    complete in a group, are simulated separately.
 
     Parameters
     ----------
@@ -461,9 +464,9 @@ def simulate_lanes(
     shape = len(inputs.reference), len(theta)
     out = {name: np.empty(shape) for name in names}
     # Groups first, then the lanes that are not complete.
-    well, counts = _run_in_groups(out, axis, theta, inputs, substeps, visited, threads)
+    complete, counts = _run_in_groups(out, axis, theta, inputs, substeps, visited, threads)
     failures: dict[int, str] = {}
-    for lane in map(int, np.flatnonzero(~well)):
+    for lane in map(int, np.flatnonzero(~complete)):
         steps, failures[lane] = _run_separately(out, axis, theta, inputs, lane, substeps)
         if steps is not None:
             counts[lane] = steps
@@ -496,41 +499,43 @@ def _run_in_groups(
     substeps : int or None
         As in `simulate`.
     visited : tuple of str
-        Signals from which the steps are chosen; empty for constant steps.
+        Names of the signals from which the steps are chosen; empty for constant steps.
     threads : int or None
         Number of threads; None for that of the processors.
 
     Returns
     -------
     (B,) array of bool
-        True for complete lanes. Others, such as a refused start, too narrow a range or too many
-        steps, are to be simulated separately, and so are all lanes without compiled code.
+        True for complete lanes. The other lanes are to be simulated separately: their start is
+        refused, their range is too narrow, or they need too many steps. Without compiled code no
+        lane is complete.
     (B,) array of int
         Steps per sample.
     """
     most = MOST_SUBSTEPS if substeps else most_substeps(len(inputs.reference))
-    well, counts = _first_steps(axis, parameters, inputs, substeps)
-    well &= counts <= most
-    pending = np.flatnonzero(well)
+    complete, counts = _first_steps(axis, parameters, inputs, substeps)
+    complete &= counts <= most
+    pending = np.flatnonzero(complete)
     while pending.size:
         # Run groups of equal steps, so that a lane with many steps does not slow down the others.
         for count in np.unique(counts[pending]):
             group = pending[counts[pending] == count]
-            well[group] = _run_into(out, axis, parameters, inputs, group, int(count), threads)
+            complete[group] = _run_into(out, axis, parameters, inputs, group, int(count), threads)
         if not visited:
             break
-        pending = pending[well[pending]]
-        # Repeat lanes whose motion needs more steps.
+        pending = pending[complete[pending]]
+        # Repeat lanes whose motion needs more steps, unless they have the largest number already.
         motions = {name: out[name] for name in visited}
         needed = np.empty(len(pending), dtype=np.int64)
         for place, lane in enumerate(map(int, pending)):
-            own, signals = _of_lane(motions, lane), inputs.lanes(lane).signals
-            needed[place] = substeps_along(axis, parameters[lane], own, inputs.period, signals)[0]
+            motion, signals = _of_lane(motions, lane), inputs.lanes(lane).signals
+            steps, _ = substeps_along(axis, parameters[lane], motion, inputs.period, signals)
+            needed[place] = steps
         more = needed > counts[pending]
-        well[pending[more & (counts[pending] >= most)]] = False
+        complete[pending[more & (counts[pending] >= most)]] = False
         counts[pending] = np.maximum(counts[pending], np.minimum(needed, most))
-        pending = pending[more & well[pending]]
-    return well, counts
+        pending = pending[more & complete[pending]]
+    return complete, counts
 
 
 def _run_separately(
@@ -541,7 +546,9 @@ def _run_separately(
     lane: int,
     substeps: int | None,
 ) -> tuple[int | None, str]:
-    """Simulate one lane separately, and store its signals in its column of those of all lanes.
+    """Simulate one lane separately, and store its signals in the lane's columns of `out`.
+
+    The arguments are those of `_run_in_groups`; `lane` is the number of the lane.
 
     Returns
     -------
@@ -571,7 +578,11 @@ def _at_samples_of_log(
     clocks: TwoClocks,
     counts: NDArray[np.int64],
 ) -> dict[str, Array]:
-    """Return the signals of all lanes at the samples of the log, (N, B) each."""
+    """Return the signals of all lanes at the samples of the log, (N, B) each.
+
+    `out` has the signals at the law's evaluations, (M, B) each, and `counts`, (B,), the steps per
+    evaluation.
+    """
     sampled = [
         at_log_samples(
             axis, theta, _of_lane(out, lane), clocks, inputs.lanes(lane).signals, int(counts[lane])
@@ -584,16 +595,22 @@ def _at_samples_of_log(
 def _first_steps(
     axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, substeps: int | None
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Return True for lanes that can run in a group, and first steps per sample, (B,) each."""
+    """Return True for lanes that can run in a group, and first steps per sample, (B,) each.
+
+    A lane can run in a group if its parameters are within their bounds, its inertia is positive,
+    its friction does not drive the axis, and the parameters of its friction states are valid.
+    """
     has_mass, friction_holds, rates = at_rest(
         axis, parameters, inputs.start.position, inputs.first_signals
     )
     low, high = np.array([(p.lower, p.upper) for p in axis.axis_parameters]).T
     inside = ((low <= parameters) & (parameters <= high)).all(axis=1)
-    remembers = [not states_refusal(axis, own) for own in parameters]
-    well = inside & has_mass & friction_holds & remembers
-    counts = steps_by_rate(axis, np.where(well, rates, 0.0), inputs.period)
-    return well, np.full_like(counts, substeps) if substeps else counts
+    has_valid_states = [not states_refusal(axis, theta) for theta in parameters]
+    can_run = inside & has_mass & friction_holds & has_valid_states
+    counts = steps_by_rate(axis, np.where(can_run, rates, 0.0), inputs.period)
+    if substeps:
+        counts = np.full_like(counts, substeps)
+    return can_run, counts
 
 
 def _run_into(
@@ -623,19 +640,22 @@ def _run_into(
     threads : int or None
         Number of threads; None for that of the processors.
     """
+    # With given gains, the code is that of the loop whose gains follow the parameters.
     code = axis if inputs.gains is None else axis.loop or axis
     library = code.native.library()
     if library is None:
         return np.zeros(len(group), dtype=bool)
-    every, theta = len(group) == len(parameters), parameters[group]
+    every, arguments = len(group) == len(parameters), parameters[group]
     inputs = inputs if every else inputs.lanes(group)
+    if inputs.gains is not None:
+        arguments = np.hstack([arguments, inputs.gains])
     by_system = hasattr(os, "sched_getaffinity")
     processors = len(os.sched_getaffinity(0)) if by_system else os.cpu_count() or 1
     status, _, signals = library.simulate_batch(
         inputs.reference,
         inputs.noise,
         inputs.injected,
-        theta if inputs.gains is None else np.hstack([theta, inputs.gains]),
+        arguments,
         inputs.start,
         loop_settings(inputs, substeps),
         [*out],
@@ -651,12 +671,12 @@ def _run_into(
 
 
 def _of_lane(signals: Mapping[str, Array], lane: int) -> dict[str, Array]:
-    """Return the signals of one lane, (M,) each, contiguous."""
+    """Return the signals of one lane, (M,) each, as contiguous arrays by name."""
     return {name: np.ascontiguousarray(values[:, lane]) for name, values in signals.items()}
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
-    """Return the number of steps per sample that parameters (p,) and similar ones need.
+    """Return the number of steps per sample that parameters (p,) and similar parameters need.
 
     Parameters
     ----------
@@ -667,7 +687,7 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     Returns
     -------
     int or None
-        None if the loop cannot be simulated with these parameters.
+        Steps per sample; None if the loop cannot be simulated with these parameters.
     """
     most = most_substeps(len(inputs.reference))
     if has_constant_substeps(axis):

@@ -29,16 +29,18 @@ from axisid.support.arrays import Array
 
 from .loop_inputs import LoopInputs, law_of
 
+#: Recorded signals at one sample, each one value for all lanes or a value for each lane.
 Recorded = Sequence[Array] | Array
 
-_SLACK = 1e-6
+_SLACK = 1e-6  # relative tolerance for rounding of a number of steps
 _HALVED = 0.5 ** np.arange(1.0, 13.0)[:, None]  # fractions of a velocity, down to rest
 _UNIFORM = 2.0  # factor of longer steps if the rates are equal everywhere
+#: Largest number of integration steps per sample.
 MOST_SUBSTEPS = 1024
 
 
 def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
-    """Return the names of the signals that `substeps_along` needs."""
+    """Return the names of the simulated signals from which `substeps_along` chooses the steps."""
     names = ("position", "velocity", "force", "direction")
     if axis.states:
         return (*names, "acceleration")
@@ -48,8 +50,8 @@ def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
 def has_constant_substeps(axis: GeneratedAxis) -> bool:
     """Return True if no motion needs more steps than the start.
 
-    The rates are equal everywhere; or the axis has kinks or jumps over the position, and the
-    integrator itself chooses the steps along the motion.
+    There are two such cases: the rates are equal everywhere; or the axis has kinks or jumps over
+    the position, and the integrator itself chooses the steps along the motion.
     """
     return axis.uniform or axis.has_sides
 
@@ -59,14 +61,14 @@ def rates_at_start(
 ) -> Array:
     """Return the rates of damping and stiffness at rest, 1/s, backward and forward, (B, 2).
 
-    With internal states of friction there is one rate, (B, 1).
+    For friction with internal state there is one rate, (B, 1).
 
     Parameters
     ----------
     axis : GeneratedAxis
     parameters : (B, p) array
     start : (B,) array
-        Positions.
+        Positions of the lanes.
     recorded : sequence of array
         Recorded signals, one value or (B,) each.
     """
@@ -120,7 +122,10 @@ def substeps_along(
     else:
         # Probe all samples, rest in both directions at reversals, and velocities between samples.
         turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
-        rows, speeds = (turns[:0], dq[:0]) if axis.evenly_damped else _between(dq)
+        if axis.evenly_damped:
+            rows, speeds = turns[:0], dq[:0]  # no velocity in between has another rate
+        else:
+            rows, speeds = _velocities_between(dq)
         s = np.where(visited["direction"] < 0, -1.0, 1.0)
         looked_at = np.concatenate([looked_at, turns, turns, rows])
         rates = _probed(
@@ -139,14 +144,15 @@ def substeps_along(
     return int(steps[0]), int(looked_at[shortest])
 
 
-def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return velocities that are passed between two samples, and the samples before, (n,) each.
+def _velocities_between(dq: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return samples after which a velocity is passed, and the velocities, (n,) each.
 
-    They are fractions of the velocities of both samples, each half of the last, down to the smaller
-    one. So a friction peak at low velocity that is passed between samples is included.
+    Between two samples, the velocities are a half, a quarter, and so on, of the velocity of each
+    sample, down to the smaller of the two. So a friction peak at low velocity that is passed
+    between samples is included.
     """
     here, there = np.abs(dq[:-1]), np.abs(dq[1:])
-    least = np.where(dq[:-1] * dq[1:] > 0, np.minimum(here, there), 0.0)
+    least = np.where(dq[:-1] * dq[1:] > 0, np.minimum(here, there), 0.0)  # 0 at a reversal
     rows = np.flatnonzero(np.maximum(here, there) > 2 * least)
     ladder = np.stack([dq[rows], dq[rows + 1]])[:, None] * _HALVED
     passed = np.abs(ladder) > least[rows]
@@ -176,7 +182,8 @@ def _probed(
 ) -> Array:
     """Return the rate of damping and stiffness at each of n states, 1/s, (n,).
 
-    It is ``max(|da/dv|, sqrt(|da/dq|))`` of the acceleration a, by differences.
+    It is ``max(|da/dv|, sqrt(|da/dq|))`` of the acceleration a, by differences; 0 if it is not
+    finite.
 
     Parameters
     ----------
@@ -185,7 +192,7 @@ def _probed(
         Position, velocity and friction direction.
     parameters : (p,) or (n, p) array
     force : (n,) array or None
-        Force of the drive; None for the force that the plant holds.
+        Force of the drive; None for the inputs that the plant holds at rest, see `_held_inputs`.
     signals : sequence of (n,) array
         Recorded signals.
     """
@@ -202,7 +209,8 @@ def _probed(
             arguments = (positions, speeds, np.tile(force, 3), directions, *tiled, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
-            held = np.tile(_held(axis, q, signals), (3, 1))  # constant while the position is varied
+            # Constant while the position is varied.
+            held = np.tile(_held_inputs(axis, q, signals), (3, 1))
             arguments = (positions, speeds, held, directions, sets)
             accelerations = axis.evaluate("held_acceleration", *arguments)[0]
         here, faster, further = accelerations.reshape(3, -1)
@@ -214,16 +222,24 @@ def _probed(
 def _rates_with_states(
     axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array]
 ) -> Array:
-    """Return the rates of motion and internal states along a motion, 1/s, (n,).
+    """Return the largest rate of motion and internal states at each sample, 1/s, (n,).
 
-    The internal states have their initial values, and the force gives the acceleration of the
-    motion. Parameters are (p,), or (n, p) for each sample.
+    The internal states have their initial values, and the force is that which gives the
+    acceleration of the motion.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) or (n, p) array
+        Parameters of all samples, or of each sample.
+    visited : dict of str to (n,) array
+        Signals of the motion by the names of `visited_signals`.
     """
     names = ("position", "velocity", "acceleration", "direction")
     q, dq, ddq, direction = (visited[name] for name in names)
     begin = axis.functions["state_start"]
     states = np.array([begin(own)[0].full().ravel() for own in np.atleast_2d(parameters)])
-    held = _held(axis, q, ())
+    held = _held_inputs(axis, q, ())
     with np.errstate(all="ignore"):
         forces = axis.evaluate("inverse_dynamics", q, dq, ddq, direction, parameters)[0]
         held[:, 0] = forces[:, 0]
@@ -232,12 +248,14 @@ def _rates_with_states(
     return np.where(np.isfinite(rates), rates, 0.0)
 
 
-def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Array:
-    """Return the held inputs of the plant: no force, or the reference at the position, and signals.
+def _held_inputs(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Array:
+    """Return the inputs that the plant holds between samples, for an axis on its reference, (n, h).
 
-    The reference is that of a continuous law; shape (n, size).
+    The first input is a force of 0; under a continuous law it is the reference, which is equal to
+    the position. The last inputs are value and rate of change of each recorded signal; the rate
+    is 0.
     """
-    size = _held_values(axis)
+    size = _held_size(axis)
     held = np.zeros((len(position), size))
     held[:, size - 2 * len(signals) :: 2] = np.transpose(signals)
     law = axis.control
@@ -247,13 +265,13 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
 
 
 @lru_cache(maxsize=64)
-def _held_values(axis: GeneratedAxis) -> int:
-    """Return the number of held inputs; cached, as the query of CasADi is slow."""
+def _held_size(axis: GeneratedAxis) -> int:
+    """Return the number of inputs that the plant holds; cached, as the query of CasADi is slow."""
     return int(axis.functions["held_acceleration"].size1_in("held"))
 
 
 def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
-    """Return the fractional number of steps per sample for rates in 1/s."""
+    """Return the number of steps per sample that rates in 1/s need, as a fractional number."""
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
 
@@ -332,28 +350,31 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     inputs : LoopInputs
         Inputs of one loop.
     """
+    # Position and signals at the start, noise, and controls at rest on and behind the reference.
     place, signals = float(inputs.start.position), [*map(float, inputs.first_signals)]
     noise = 0.0 if inputs.noise is None else float(np.ptp(inputs.noise))
     drive, controls = axis.drive, _controls(axis, place, *signals)
-    # The dead band and the rounding of the drive change a command by up to this much.
+    # Added control: by dead band and rounding of the drive, and the injected signal.
     added = drive.deadband + drive.quantisation / 2
-    added += 0.0 if inputs.injected is None else float(np.abs(inputs.injected).max())
+    if inputs.injected is not None:
+        added += float(np.abs(inputs.injected).max())
+    # Accelerations under the load, without force and under a force of 1.
     force, dynamics = axis.functions["drive_force"], axis.functions["direct_dynamics"]
     still, behind = (float(force(control, place, 0.0, *signals)) for control in controls)
     loaded, free, pushed = (
         float(dynamics(place, 0.0, tau, 0.0, *signals, parameters)) for tau in (still, 0.0, 1.0)
     )
-    # At rest on its reference the loop yields to the load, and to added control: not at all without
-    # either, and without limit if it has no stiffness.
-    asked = np.array([abs(loaded), added])
-    answered = np.abs([(pushed - free) * (behind - still), controls[1] - controls[0]])
+    # At rest on its reference the loop yields to the load, and to added control, until its control
+    # balances them: not at all without either, and without limit if it has no stiffness.
+    disturbances = np.array([abs(loaded), added])
+    reactions = np.abs([(pushed - free) * (behind - still), controls[1] - controls[0]])
     with np.errstate(all="ignore"):
-        ways = np.where(asked > 0, asked * _OFF / answered, 0.0)
+        ways = np.where(disturbances > 0, disturbances * _OFF / reactions, 0.0)
     return _RUNAWAY_RATIO * max(float(ways.sum()), noise, inputs.resolution)
 
 
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
-    """Return the control at rest on the reference, and that slightly behind it.
+    """Return the control at rest on the reference, and the control slightly behind the reference.
 
     Both are of the evaluation at which they differ most, as a delayed law responds late.
     """

@@ -1,8 +1,8 @@
 """Inputs of simulated loops, at the samples of a log or at the evaluations of a control law.
 
 If their rates differ, the loop is simulated at the rate of the law and sampled at that of the log.
-From the evaluation before a sample, the plant continues as in the simulation itself, under the held
-force, through every stop, reversal and kink over the position.
+From the evaluation before a sample, the plant is integrated up to the sample as in the simulation
+itself: under the held force, and through every stop, reversal and kink over the position.
 """
 
 import math
@@ -21,11 +21,11 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
 
-# largest ratio of the periods of law and reference: 20 kHz logged at 50 Hz; a period in ms would be
-# 1000 times too long
+# Largest ratio of the periods of law and reference: 20 kHz logged at 50 Hz. A period in ms would be
+# 1000 times too long, and is refused.
 _MAX_CLOCK_RATIO = 400.0
-_COINCIDES = 1e-6  # of a period: a sample this near to an evaluation coincides with it
-_FEWEST_OF_A_SPLINE = 4  # samples
+_COINCIDES = 1e-6  # of a period: a sample as near to an evaluation as this coincides with it
+_FEWEST_OF_A_SPLINE = 4  # samples; fewer are interpolated linearly
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,20 +49,27 @@ class TwoClocks:
     law_period: float
     first: float = 0.0
     between: str = "spline"
+    # Cache: the last reference, and its spline at the evaluations; empty at first.
     _smooth: list[tuple[Array, Array]] = field(
         init=False, default_factory=list, repr=False, compare=False
     )
 
     @property
     def times(self) -> Array:
-        """Times of the evaluations, in samples of the log, up to the one after the last sample."""
+        """Times of the M evaluations, in samples of the log.
+
+        The last evaluation is the first after the last sample.
+        """
         last = (self.samples - 1) * self.log_period - self.first
         count = math.floor(last / self.law_period + _COINCIDES) + 2
         return np.asarray((self.first + self.law_period * np.arange(count)) / self.log_period)
 
     @property
     def elapsed(self) -> tuple[NDArray[np.intp], Array]:
-        """Index of the evaluation at or before each sample, and the time since then, s, (N,)."""
+        """Index of the evaluation at or before each sample, and the time since then, s, (N,) each.
+
+        The time is 0 for a sample that coincides with an evaluation.
+        """
         time = self.log_period * np.arange(self.samples) - self.first
         last = np.floor(time / self.law_period + _COINCIDES).astype(np.intp)
         since = time - self.law_period * last
@@ -71,7 +78,8 @@ class TwoClocks:
     def reference(self, values: Array) -> Array:
         """Return a reference of the log, (N,) or (N, B), at the evaluations, (M,) or (M, B).
 
-        The last spline is cached, as a record's loop is simulated many times with it.
+        The last spline is cached, because a record's loop is simulated many times with one
+        reference.
         """
         if self.between == "held":
             return self.held(values)
@@ -85,10 +93,12 @@ class TwoClocks:
     def mean_held(self, values: Array) -> Array:
         """Return the mean of a held signal from each evaluation to the next, (M,).
 
-        The signal is held between the samples of the log.
+        The signal is held between the samples of the log. If the law is not slower than the log,
+        the value at the evaluation is returned instead.
         """
         if self.law_period <= self.log_period:
             return self.held(values)
+        # Integral of the signal up to each sample, and its increase between two evaluations.
         until = np.concatenate([0 * values[:1], np.cumsum(values, axis=0)])
         edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
         inside = np.clip(edges, 0, len(values))
@@ -104,15 +114,18 @@ class TwoClocks:
 
 
 def straight(times: Array, values: Array) -> Array:
-    """Return values of samples, (N, ...), interpolated linearly at times in samples, (M, ...)."""
+    """Return values at samples, (N, ...), interpolated linearly at M times, (M, ...).
+
+    `times`, (M,), are in samples.
+    """
     rows = np.arange(len(values))
     return np.asarray(np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values))
 
 
 def clocks_of(law: ControlLaw, samples: int, period: float) -> TwoClocks | None:
-    """Return the times of a law's evaluations along a reference; None for equal periods.
+    """Return the times of a law's evaluations along a reference, the first at the first sample.
 
-    The first evaluation is at the first sample. None as well for a continuous law.
+    None for equal periods of law and reference, and for a continuous law.
 
     Parameters
     ----------
@@ -125,16 +138,16 @@ def clocks_of(law: ControlLaw, samples: int, period: float) -> TwoClocks | None:
     Raises
     ------
     UsageError
-        The ratio of the periods is more than 400, so that one is probably in another unit.
+        One period is more than 400 times as long as the other, and is probably in another unit.
     """
     if law.continuous or is_same_period(period, law.period):
         return None
     ratio, most = period / law.period, _MAX_CLOCK_RATIO
     if not 1 / most <= ratio <= most:
         raise UsageError(
-            f"the period is {period:g} s, but the control law is evaluated every {law.period:g} s; "
-            f"give one that is at most {most:g} times as long or as short, in seconds, or declare "
-            "the law with another.",
+            f"the sampling period is {period:g} s, but the control law is evaluated every "
+            f"{law.period:g} s. The two periods may differ by a factor of at most {most:g}. Give "
+            "the sampling period in seconds, or declare another period of the control law.",
             code="loop-period",
         )
     return TwoClocks(
@@ -175,6 +188,11 @@ def at_log_samples(
     -------
     dict of str to (N,) array
         The signals, and ``held``: the force just before a sample.
+
+    Raises
+    ------
+    UsageError
+        Friction has internal state, and a sample is between two evaluations.
     """
     last, since = clocks.elapsed
     force = signals["force"]
@@ -186,9 +204,9 @@ def at_log_samples(
         return out
     if axis.states:
         raise UsageError(
-            f"the log of axis {axis.name!r} is sampled between the evaluations of its law, "
-            "where the internal state of its friction is not known; give the law's period, or "
-            "whole multiples of it.",
+            f"the log of axis {axis.name!r} has samples between the evaluations of the control "
+            "law, where the internal state of the friction is not known. Give the period of the "
+            "control law, or a whole multiple of this period.",
             code="loop-period",
         )
     # The evaluation before each of these samples, the time since, s, and the values held.
@@ -205,9 +223,9 @@ def at_log_samples(
         loop = VirtualLoop(axis.functions, parameters, settings)
         position, velocity, direction = loop.later(motion, held, span, step)
     # The acceleration with the recorded signals at the sample; 0 while the axis sticks.
-    then = between[begin, ::2] + span[:, None] * between[begin, 1::2]
+    signals_then = between[begin, ::2] + span[:, None] * between[begin, 1::2]
     (acceleration,) = axis.evaluate(
-        "direct_dynamics", position, velocity, force[begin], direction, *then.T, parameters
+        "direct_dynamics", position, velocity, force[begin], direction, *signals_then.T, parameters
     )
     sticks = (velocity == 0) & (np.abs(direction) < 1)
     out["position"][between_ticks], out["velocity"][between_ticks] = position, velocity
@@ -217,9 +235,10 @@ def at_log_samples(
 
 
 def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array | None:
-    """Return value and rate of change of each signal, alternating, (N, 2 s) or (N, 2 s, B).
+    """Return value and rate of change of each of s signals at each sample, alternating.
 
-    None without signals. The rate of a held signal is 0.
+    The shape is (N, 2 s) if all lanes share the signals, otherwise (N, 2 s, B). The rate of a
+    signal that is held between samples is 0. None without signals.
 
     Parameters
     ----------
@@ -232,7 +251,7 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
     if not signals:
         return None
     here = np.stack(np.broadcast_arrays(*(s.reshape(len(s), -1) for s in signals)), axis=1)
-    following = np.concatenate([here[1:], here[-1:]])
+    following = np.concatenate([here[1:], here[-1:]])  # constant after the last sample
     is_held = [declared.is_held for declared in axis.signals]
     following[:, is_held] = here[:, is_held]
     pairs = np.stack([here, (following - here) / period], axis=2)
@@ -248,7 +267,7 @@ def law_of(axis: GeneratedAxis) -> ControlLaw:
     return law
 
 
-#: Index of one lane, or of several.
+#: Index of one lane, or indices of several lanes.
 Chosen = int | slice | NDArray[np.intp]
 
 
@@ -263,7 +282,7 @@ class LoopInputs:
     period : float
         Time between the samples of the inputs, s.
     start : LoopStart
-        One start for all lanes, or a value for each lane.
+        Position, velocity and memory at the first sample, of all lanes or of each lane.
     noise : (M,) or (M, B) array or None
         Noise that is added to the position that the law measures.
     injected : (M,) or (M, B) array or None
@@ -293,10 +312,10 @@ class LoopInputs:
     log: "LoopInputs | None" = None
 
     def at_law(self, axis: GeneratedAxis, clocks: TwoClocks | None) -> "LoopInputs":
-        """Return the inputs at the law's evaluations; unchanged without clocks.
+        """Return the inputs at the law's evaluations; unchanged if `clocks` is None.
 
-        A held signal of a log that is faster than the law is averaged until the next evaluation,
-        unless law or drive read it at the evaluation.
+        If the log is faster than the law, a held signal is averaged up to the next evaluation,
+        unless the law or the drive reads the signal at the evaluation.
         """
         if clocks is None:
             return self
@@ -327,7 +346,7 @@ class LoopInputs:
         return tuple(values[0] for values in self.signals)
 
     def lanes(self, chosen: Chosen) -> "LoopInputs":
-        """Return the inputs of some lanes, or of one, by their indices.
+        """Return the inputs of the lanes with the indices `chosen`, or of a single lane.
 
         The start must have a value for each lane.
         """
@@ -348,7 +367,7 @@ class LoopInputs:
 
 
 def axis_of(axis: GeneratedAxis, inputs: LoopInputs) -> GeneratedAxis:
-    """Return the axis of one loop: its law with the gains of the inputs."""
+    """Return the axis of one loop, with the law's gains of the inputs if they are given."""
     return axis if inputs.gains is None else _with_gains(axis, tuple(inputs.gains.tolist()))
 
 

@@ -23,8 +23,8 @@ from .loop_inputs import LoopInputs, clocks_of, law_of
 def no_control_law(name: str) -> ModelError:
     """Return the error of an axis without a control law."""
     return ModelError(
-        f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
-        "(the table [control] in TOML, control=... in Python).",
+        f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare a "
+        "control law (the table [control] in TOML, control=... in Python).",
         code="no-control-law",
     )
 
@@ -49,8 +49,8 @@ def checked_loop(
     """Return checked parameters, (p,) or (B, p), and a loop's inputs at the law's evaluations.
 
     Parameters and reference are checked first, then period, resolution and steps, then the start,
-    then the optional inputs. The arguments are those of `simulate`, or of `simulate_batch` if
-    `many`.
+    then the optional inputs. The arguments are those of `simulate`, or those of `simulate_batch`
+    if `many` is True.
 
     Raises
     ------
@@ -62,30 +62,34 @@ def checked_loop(
     # Parameters and reference, of one loop or of B lanes.
     given = in_order(axis, parameters)
     theta, ref = contiguous(given, "the parameters"), contiguous(reference, "the reference")
-    lanes, samples = theta.shape[:many], len(ref) if ref.ndim else 0
+    # Shape of one value for each lane, () for one loop; and shapes of signals.
+    lanes = theta.shape[:1] if many else ()
+    samples = len(ref) if ref.ndim else 0
     shapes = tuple(dict.fromkeys(((samples,), (samples, *lanes))))
     if (
         theta.shape != (*lanes, len(axis.parameters))
         or ref.shape not in shapes
         or not (ref.size and theta.size and np.isfinite(ref).all())
     ):
-        wanted = "(B, p) and (N,) or (N, B)" if many else "(p,) and (N,)"
+        wanted = "(p,) and a finite reference of the shape (N,)"
+        if many:
+            wanted = "(B, p) and a finite reference of the shape (N,) or (N, B)"
         raise UsageError(
             f"axis {axis.name!r} has {len(axis.parameters)} parameters "
-            f"({', '.join(axis.names)}); the given parameters have the shape {theta.shape}, the "
-            f"reference {ref.shape}. Give {wanted}, the reference finite.",
+            f"({', '.join(axis.names)}). The given parameters have the shape {theta.shape}, and "
+            f"the reference has the shape {ref.shape}. Give parameters of the shape {wanted}.",
             code="simulation-input",
         )
     # Sampling period, encoder resolution and steps per sample.
     check_sample_period(period)
-    law, counts = law_of(axis), is_real(resolution) and 0 <= resolution < math.inf
-    if not counts or (resolution and law.continuous):
+    law, is_step = law_of(axis), is_real(resolution) and 0 <= resolution < math.inf
+    if not is_step or (resolution and law.continuous):
         raise UsageError(
-            f"the resolution is {quoted(resolution)}; give 0 or more, and 0 with a continuous law, "
-            "which takes no samples.",
+            f"the resolution is {quoted(resolution)}. Give 0 or more, and exactly 0 for a "
+            "continuous control law, which takes no samples.",
             code="simulation-input",
         )
-    check_whole("the substeps", substeps, MOST_SUBSTEPS)
+    check_whole("substeps", substeps, MOST_SUBSTEPS)
     # Start: position, memory of law and drive, velocity.
     begin = ref[0] if start is None else checked_array(start, "the start", lanes)
     if memory is not None:
@@ -114,22 +118,27 @@ def checked_loop(
     return theta, inputs.at_law(axis, clocks_of(law, samples, period))
 
 
-def check_whole(what: str, value: int | None, most: int) -> None:
-    """Refuse a value that is neither None nor a whole number from 1 to `most`."""
+def check_whole(counted: str, value: int | None, most: int) -> None:
+    """Refuse a number of `counted` that is neither None nor a whole number from 1 to `most`."""
     if value is not None and not (is_whole(value) and 1 <= value <= most):
         raise UsageError(
-            f"{what} are {quoted(value)}; give a whole number from 1 to {most}.",
+            f"the number of {counted} is {quoted(value)}. Give a whole number from 1 to {most}.",
             code="simulation-input",
         )
 
 
 def contiguous(values: ArrayLike, what: str) -> Array:
-    """Return values as a contiguous, aligned float array for compiled loops."""
+    """Return values as a contiguous, aligned float array for compiled loops.
+
+    `what` describes the values in messages, such as ``the reference``.
+    """
     return np.require(real_array(values, what), requirements=["C", "A"])
 
 
 def checked_array(values: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
     """Return values as an array of finite numbers with one of the given shapes.
+
+    `what` describes the values in messages, such as ``the start``.
 
     Raises
     ------
@@ -138,14 +147,21 @@ def checked_array(values: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Arr
     """
     array = contiguous(values, what)
     if array.shape not in shapes or not np.all(np.isfinite(array)):
-        said = f"has the shape {array.shape}" if array.ndim else f"is {array}"
-        wanted = " or ".join(str(shape) if shape else "one number" for shape in shapes)
-        raise UsageError(f"{what} {said}; give {wanted}, all finite.", code="simulation-input")
+        if not array.ndim:
+            given = f"is {array}"
+        elif array.shape in shapes:
+            given = "has values that are not finite"
+        else:
+            given = f"has the shape {array.shape}"
+        wanted = f"finite values of the shape {' or '.join(map(str, shapes))}"
+        if () in shapes:
+            wanted = "one finite number"
+        raise UsageError(f"{what} {given}. Give {wanted}.", code="simulation-input")
     return array
 
 
 def optional_array(values: ArrayLike | None, what: str, *shapes: tuple[int, ...]) -> Array | None:
-    """Return None for None, or values checked by `checked_array`."""
+    """Return the values as checked by `checked_array`; None for None."""
     return None if values is None else checked_array(values, what, *shapes)
 
 
@@ -159,12 +175,12 @@ def checked_signals(
     Raises
     ------
     UsageError
-        A signal is missing, is not declared, or has another length.
+        A signal is missing, is not declared, has another shape, or has values that are not finite.
     """
     given = {} if signals is None else signals
     if not isinstance(given, Mapping):
         raise UsageError(
-            f"the signals are {quoted(given)}; give arrays by name, such as "
+            f"the signals are {quoted(given)}. Give arrays by name, such as "
             "{'pressure': values}.",
             code="simulation-input",
         )
@@ -172,12 +188,18 @@ def checked_signals(
     if {*given} != {*names}:
         missing = ", ".join(name for name in names if name not in given)
         unknown = ", ".join(str(name) for name in given if name not in names)
-        raise UsageError(
-            f"axis {axis.name!r} has the recorded signals {', '.join(names) or 'none'}; "
-            f"{missing and f'not given: {missing}. '}{unknown and f'not declared: {unknown}. '}"
-            "Give signals={'name': values} with one value for each sample of the reference.",
-            code="simulation-input",
-        )
+        sentences = [f"axis {axis.name!r} declares no recorded signals."]
+        remedy = "Leave out the argument signals."
+        if names:
+            sentences = [f"axis {axis.name!r} declares the recorded signals {', '.join(names)}."]
+            remedy = (
+                "Give signals={'name': values} with one value for each sample of the reference."
+            )
+        if missing:
+            sentences.append(f"These signals are not given: {missing}.")
+        if unknown:
+            sentences.append(f"These signals are not declared: {unknown}.")
+        raise UsageError(" ".join([*sentences, remedy]), code="simulation-input")
     return tuple(checked_array(given[name], f"the signal {name!r}", *shapes) for name in names)
 
 
@@ -189,9 +211,10 @@ def gains_by_lane(
     Raises
     ------
     ModelError
-        The axis has no law with variable gains, or the law lacks a given gain.
+        The axis has no law with variable gains, or the law has no gain of a given name.
     UsageError
-        The number of values is not the number of lanes, or they are not finite.
+        A gain has another number of values than lanes, or a value that is not finite or not
+        positive where the law requires it.
     """
     if not gains:
         return None
@@ -202,12 +225,15 @@ def gains_by_lane(
         positive = name in law.positive
         bad = np.flatnonzero(~np.isfinite(values) | (positive & (values <= 0)))
         if values.shape not in ((), (lanes,)) or bad.size:
-            said = f"has the shape {values.shape}" if values.shape else f"is {values}"
-            if bad.size and values.shape:
-                said = f"of lane {bad[0]} is {values.flat[bad[0]]:g}"
+            if not values.shape:
+                given_as = f"is {values}"
+            elif bad.size:
+                given_as = f"of lane {bad[0]} is {values.flat[bad[0]]:g}"
+            else:
+                given_as = f"has the shape {values.shape}"
             raise UsageError(
-                f"the gain {name} {said}; give a finite number{' above 0' * positive}, or one for "
-                f"each of {lanes} lanes.",
+                f"the gain {name} {given_as}. Give a finite number{' above 0' * positive}, or such "
+                f"a number for each of the {lanes} lanes.",
                 code="simulation-input",
             )
         by_lane[:, names.index(name)] = values
@@ -223,7 +249,7 @@ def in_order(
     ----------
     axis : GeneratedAxis
     parameters : array_like or mapping of str to array_like
-        A mapping has a number for each name, or a number for each lane, (B,).
+        A mapping has for each name one number, or one number for each lane, (B,).
 
     Returns
     -------
@@ -241,35 +267,36 @@ def in_order(
         unknown = [quoted(name) for name in parameters if name not in names]
         missing = [name for name in names if name not in parameters]
         faults = ((unknown, "is no parameter"), (missing, "is missing"))
-        said = " and ".join(f"{first_of(each)} {what}" for each, what in faults if each)
+        wrong = " and ".join(f"{first_of(each)} {what}" for each, what in faults if each)
         raise UsageError(
-            f"the parameters of axis {axis.name!r} by name: {said}; give a value for each of "
-            f"{', '.join(names)}.",
+            f"the parameters of axis {axis.name!r} are given by name, but {wrong}. Give a value "
+            f"for each of {', '.join(names)}.",
             code="simulation-input",
         )
     values = {name: real_array(parameters[name], f"the values of {name}") for name in names}
     if len({each.shape for each in values.values()} - {()}) > 1:
         shapes = ", ".join(f"{name} {each.shape}" for name, each in values.items())
         raise UsageError(
-            f"the parameters by name have the shapes {shapes}; give each parameter one number, or "
-            "one for each lane.",
+            f"the parameters by name have the shapes {shapes}. Give one number for each "
+            "parameter, or one number for each lane.",
             code="simulation-input",
         )
     return np.stack(np.broadcast_arrays(*values.values()), axis=-1)
 
 
-#: Position and velocity, and the recorded signals there.
+#: State of an axis in messages: position and velocity, and the recorded signals at that sample.
 Place = tuple[tuple[float, float], tuple[float, ...]]
 
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # relative to accelerations
 _EPSILON = float(np.finfo(float).eps)
-#: Force and friction direction: pushed, left alone, held by friction forward and backward.
+#: Force and friction direction of four cases: with a force of 1, without force, without force under
+#: forward friction, and without force under backward friction.
 _PUSHES = np.array([1.0, 0.0, 0.0, 0.0])
 _DIRECTIONS = np.array([0.0, 0.0, 1.0, -1.0])
 
 
 def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array]) -> Place:
-    """Return position, velocity and recorded signals at a sample."""
+    """Return position, velocity and recorded signals at a sample of a simulation."""
     motion = (float(signals["position"][sample]), float(signals["velocity"][sample]))
     return motion, tuple(float(values[sample]) for values in recorded)
 
@@ -291,20 +318,22 @@ def too_stiff(
         Samples of the simulation, and remaining steps of the search.
     """
     most = most_substeps(samples, left)
-    alone = most == most_substeps(samples)
-    whose = f"the most for {samples} samples"
-    if not alone:
-        whose = "the most that remain after other simulations of the search"
+    limit = f"the largest number for {samples} samples"
+    if most < most_substeps(samples):
+        limit = "the largest number that remains after the other simulations of the search"
     return EstimationError(
         f"axis {axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
-        f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, "
-        f"{whose}. Check the nominal values and units, or leave so fast a motion out of the model.",
+        f"{_why(axis, parameters, at, period)} requires more than {most} steps per sample, "
+        f"{limit}. Check the nominal values and units, or remove the fast motion from the model.",
         code="simulation",
     )
 
 
 def _why(axis: GeneratedAxis, parameters: Array, at: Place, period: float) -> str:
-    """Return the cause of short steps as a text: a term and its place, or a general cause."""
+    """Return the cause of short steps as text: the stiffest term, and position and velocity there.
+
+    If no term of the model alone needs short steps, the text is a general one.
+    """
     term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
     if rate * period > 1:
         q, (position, velocity) = axis.coordinate, at[0]
@@ -312,7 +341,7 @@ def _why(axis: GeneratedAxis, parameters: Array, at: Place, period: float) -> st
             f"the term {term} at {q.name} = {position:.4g} {q.unit} and {q.velocity} = "
             f"{velocity:.4g} {q.unit}/s"
         )
-    return "its damping, its stiffness or the speed at which it passes a wave of the position"
+    return "its damping, its stiffness or the speed at which it passes a wave over the position"
 
 
 def failure(
@@ -341,15 +370,15 @@ def failure(
     if STATUSES[status] == "chatter":
         or_side = ", or the side of a kink or jump over the position," if axis.has_sides else ""
         return (
-            f"{what} changes the friction direction{or_side} without end {where}; check the "
+            f"{what} changes the friction direction{or_side} without end {where}. Check the "
             "equation of motion there."
         )
     if STATUSES[status] == "unresolved":
         return (
-            f"{what} is too fast to follow {where}: a contact is too stiff, or a wave of the "
-            f"position too short for the speed; {_why(axis, parameters, at, period)} takes too "
-            "many steps. Check the nominal values and units, or leave so fast a motion out of the "
-            "model."
+            f"{what} is too fast to follow {where}: a contact is too stiff, or a wave over the "
+            "position is too short for the speed. Too many steps are required by "
+            f"{_why(axis, parameters, at, period)}. Check the nominal values and units, or remove "
+            "the fast motion from the model."
         )
     how = "leaves the range" if STATUSES[status] == "out of range" else "is not finite"
     return (
@@ -359,15 +388,18 @@ def failure(
 
 
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
-    """Return the error message for parameters (p,) with an invalid friction state, or ""."""
+    """Return the error message for parameters (p,) that make a friction state invalid.
+
+    Empty if the parameters are valid.
+    """
     for part, value_of in state_limits(axis.axis):
         value = value_of(parameters.tolist())
         if not part.allows(value):
             named = "" if part.value.is_Number else f", {part.value},"
             return (
-                f"{part.what}{named} is {value:.6g} {part.unit}, with which axis "
-                f"{axis.name!r} is not simulated; it must be {part.least}. Correct the "
-                "nominal value, or give the fit a bound."
+                f"{part.what}{named} is {value:.6g} {part.unit}, but it must be {part.least} for "
+                f"a simulation of axis {axis.name!r}. Correct the nominal value, or give the fit a "
+                "bound."
             )
     return ""
 
@@ -397,7 +429,7 @@ def at_rest(
     """
     library = axis.native.evaluator("from_rest")
     if library is None:
-        # Four cases per lane: pushed, free, held by friction forward and backward.
+        # Accelerations of each lane in the four cases of `_PUSHES` and `_DIRECTIONS`.
         cases, count = len(_PUSHES), len(position)
         forces, directions = np.repeat(_PUSHES, count), np.repeat(_DIRECTIONS, count)
         motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
@@ -417,8 +449,8 @@ def at_rest(
         rates = rates_at_start(axis, parameters, position, recorded)
     with np.errstate(invalid="ignore"):
         push, rest, forward, backward = accelerations.T
-        # A push has to accelerate the axis. Forward friction must not accelerate it more than
-        # backward friction does.
+        # A force of 1 has to accelerate the axis. Forward friction must not accelerate the axis
+        # more than backward friction does.
         pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
         has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
         return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
@@ -432,9 +464,10 @@ def checked_rate(
     *,
     bounded: bool,
 ) -> float:
-    """Return the rate of damping and stiffness at a start, 1/s, after checks of the parameters.
+    """Return the rate of damping and stiffness at the start of a loop, 1/s, for checked parameters.
 
-    The rate is 0 if the integrator chooses its steps itself.
+    Parameters with which the loop cannot start are refused. The rate is 0 if the integrator chooses
+    its steps itself.
 
     Parameters
     ----------
@@ -465,14 +498,15 @@ def checked_rate(
             side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
             raise UsageError(
                 f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} "
-                f"{p.unit}, so axis {axis.name!r} is not simulated with it: friction beyond "
-                "its bounds drives the axis. Give a value within them, or declare others."
+                f"{p.unit}. Axis {axis.name!r} is not simulated with this value, because friction "
+                "beyond its bounds drives the axis. Give a value within the bounds, or declare "
+                "other bounds."
             )
     if bounded and not friction_holds:
         raise EstimationError(
-            f"the friction of axis {axis.name!r} drives it with {axis.describe(parameters)}: "
-            "it would accelerate the axis in the direction of its motion. Check the signs of the "
-            "friction."
+            f"the friction of axis {axis.name!r} drives the axis with "
+            f"{axis.describe(parameters)}: the friction would accelerate the axis in the direction "
+            "of motion. Check the signs of the friction parameters."
         )
     return rate
 
@@ -490,15 +524,15 @@ def _no_inertia(
         why = f"cannot be simulated with {given}. Give finite parameters."
     elif math.isnan(force):
         why = (
-            f"cannot be simulated: its force has no finite value {where}; see the term {term}. "
+            f"cannot be simulated: its force has no finite value {where}. See the term {term}. "
             "Write a term that is finite wherever the axis can be and at rest: "
             "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of a positive argument."
         )
     elif abs(force) * _EPSILON > 1:
         why = (
             f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beyond the "
-            f"range of any drive; see the term {term}. Correct its factor, its units, or the "
-            "parameters in it."
+            f"range of any drive. See the term {term}. Correct its factor, its units, or its "
+            "parameters."
         )
     else:
         why = (

@@ -65,7 +65,10 @@ class Simulation(Signals):
 def measured_positions(
     position: Array | float, noise: Array | float | None, resolution: float
 ) -> Array:
-    """Return positions plus noise, rounded to an encoder resolution; not rounded for 0."""
+    """Return positions plus noise, rounded to the encoder resolution.
+
+    Without noise if `noise` is None; not rounded if the resolution is 0.
+    """
     measured = np.asarray(position if noise is None else position + noise)
     return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured
 
@@ -75,9 +78,10 @@ def signals_about(
 ) -> tuple[Signals, Signals]:
     """Return the signals just after and just before each sample.
 
-    Both have the same motion, with the force and acceleration of each side, and satisfy the model
-    in each row. A force that changes between samples is represented by its mean over the period on
-    each side. At the first sample, and for a continuous law, both are those after the sample.
+    Both have the motion of the simulation, with the force and the acceleration just after or just
+    before the sample, and satisfy the model in each row. A force that changes between samples is
+    represented by its mean over the period after or before the sample. At the first sample, and for
+    a continuous law, both are the signals after the sample.
     """
     if law_of(axis).continuous:
         return simulation.signals, simulation.signals
@@ -104,16 +108,18 @@ def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Arra
 
 
 def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Array]:
-    """Return the mean force from each sample to the next, and the force just before each, (N,).
+    """Return the mean force from each sample to the next, and the force just before each sample.
 
-    For a drive whose force depends on the motion, the mean force is that of the mean control with
-    the motion at the sample; the force before a sample is that of the mean control since the sample
-    before, with the motion at the sample itself.
+    The shape is (N,) each. For a drive that holds its control and whose force depends on the
+    motion, the mean force is that of the mean control, with the motion at the sample; the force
+    before a sample is that of the mean control since the sample before, with the motion at the
+    sample itself.
     """
     response, s = axis.response, simulation
     if response is None:
         return s.force, _one_later(s.force)
     acting = through_path(axis.drive.path, s.control, response.period)
+    # The drive filters its control, and the force follows the motion.
     if response.holds_control:
         control = lagged_force(acting, response).mean
         sides = ((control, s.direction), (_one_later(control), s.direction_before))
@@ -122,6 +128,7 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
             for each, direction in sides
         )
         return mean, before
+    # The drive filters its force; a force by the motion is that in the middle of the period.
     position, velocity = s.position, s.velocity
     if response.by_motion:
         half = response.period / 2
@@ -149,7 +156,7 @@ _CLOSE = 1e-14  # tolerance relative to the control
 
 
 def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
-    """Return the start of one loop with parameters (p,), in balance if its law declares that.
+    """Return the start of one loop with parameters (p,), in balance if the law declares a balance.
 
     In balance, the memory of law and drive is such that the control holds the axis at its start.
     The start is unchanged if its memory is given, or if the law does not declare a balance.
@@ -165,16 +172,16 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     read = (float(inputs.reference[0]), measured, speed, *recorded)
     # Control whose force holds the axis, and the memory of the law that gives it.
     force, control = axis.functions["inverse_dynamics"], axis.functions["drive_control"]
-    needed = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
-    wanted = float(control(needed, place, speed, *recorded))
+    holding_force = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
+    wanted = float(control(holding_force, place, speed, *recorded))
     state = axis.functions["control_start"](*read[:2], *recorded).full().ravel()
     response, path = axis.response, axis.drive.path
     count = len(state) - (0 if response is None else len(response.remembered))
-    law = _balance(axis, state[:count], read, path.command(wanted))
+    law = _balanced_memory(axis, state[:count], read, path.command(wanted))
     if response is None:
         return replace(start, memory=law)
-    # The drive may round or limit the law's command.
-    command = float(_computed(axis)[0](*read, law))
+    # Memory of the drive under the command of the law, which the drive may round or limit.
+    command = float(_undelayed_control(axis)[0](*read, law))
     acting = path.end(command)
     actual = float(axis.functions["drive_force"](acting, place, speed, *recorded))
     last = [command] * path.is_limited
@@ -184,7 +191,10 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
 
 
 def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
-    """Return the start of each lane with parameters (B, p), in balance if the law declares that."""
+    """Return the start of each lane with parameters (B, p), see `loop_start`.
+
+    Position and velocity are (B,), and a memory is (B, m).
+    """
     lanes, start = len(parameters), inputs.start
     memory = start.memory
     if memory is not None:
@@ -202,19 +212,20 @@ def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> L
     return replace(starts, memory=np.array(memories))
 
 
-def _balance(
+def _balanced_memory(
     axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float
 ) -> Array:
-    """Return the state of a law, (m,), nearest to a given one, with which it gives a control.
+    """Return the memory of a law, (m,), with which the law gives a wanted control.
 
-    It is found by Newton's method, with minimum-norm steps in the memories that are declared to
-    start in balance. The result is as near to the control as the law allows.
+    The memory is found by Newton's method from a given memory, with minimum-norm steps in the parts
+    that are declared to start in balance. The control is as near to the wanted control as the law
+    allows.
 
     Parameters
     ----------
     axis : GeneratedAxis
     state : (m,) array
-        Memory of the law.
+        Memory of the law at rest: its declared memory, then its controls that are not yet applied.
     signals : tuple of float
         Reference, measured position, velocity, and recorded signals.
     control : float
@@ -222,7 +233,7 @@ def _balance(
     """
     law = law_of(axis)
     free, count = list(law.balanced), len(law.memory)
-    computed, slopes = _computed(axis)
+    computed, slopes = _undelayed_control(axis)
     state = state.copy()
     for _ in range(_STEPS):
         residual = control - float(computed(*signals, state))
@@ -239,10 +250,11 @@ def _balance(
 
 
 @lru_cache(maxsize=32)
-def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
-    """Return two functions: the undelayed control of the law, and its derivatives by the state.
+def _undelayed_control(axis: GeneratedAxis) -> tuple[Any, Any]:
+    """Return two functions: the undelayed control of the law, and its derivatives by the memory.
 
-    The arguments of both are the signals that the law reads, and its state.
+    The arguments of both are the signals that the law reads, and its memory. The undelayed control
+    of a delayed law is the newest control in its next memory.
     """
     law, function = law_of(axis), axis.functions["control_law"]
     names = function.name_in()

@@ -30,7 +30,7 @@ _MOST_SAMPLES = 2e6
 
 
 def trajectory(moves: tuple[Move, ...], period: float) -> Array:
-    """Return the reference positions of consecutive moves with trapezoidal velocity and dwells.
+    """Return the reference positions of consecutive moves with trapezoidal velocity, and dwells.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
         distance = abs(move.distance)
-        # The top speed; a short move never reaches its cruising speed.
+        # The top speed; a short move does not reach its declared speed.
         speed = min(move.speed, math.sqrt(distance * move.acceleration))
         ramp = speed / move.acceleration
         cruise = distance / speed - ramp if speed else 0.0
@@ -114,9 +114,11 @@ def twin_record(
     Raises
     ------
     UsageError
-        The seed is no whole number, or the sample period is far from the law's.
+        The seed is no whole number, the position noise is negative, the moves are too short for a
+        record, a declared signal has no values, or the sample period is far from the law's.
     ModelError
-        The axis has no experiment or no control law.
+        The axis has no experiment or no control law, the experiment takes too many samples, or the
+        drive cannot hold its load.
     """
     plan = twin_plan(
         axis,
@@ -130,20 +132,13 @@ def twin_record(
     chosen = experiment.seed if seed is None else seed
     refuse(
         UsageError,
-        *(
-            (
-                not (is_allowed and 0 <= value < math.inf),
-                f"the {what} is {quoted(value)}; give {wanted}",
-            )
-            for what, value, is_allowed, wanted in (
-                ("seed", chosen, is_whole(chosen), "a whole number of 0 or more"),
-                (
-                    "position noise",
-                    deviation,
-                    is_real(deviation),
-                    "its standard deviation, 0 or more",
-                ),
-            )
+        (
+            not (is_whole(chosen) and 0 <= chosen < math.inf),
+            f"the seed is {quoted(chosen)}. Give a whole number of 0 or more",
+        ),
+        (
+            not (is_real(deviation) and 0 <= deviation < math.inf),
+            f"the position noise is {quoted(deviation)}. Give its standard deviation, 0 or more",
         ),
         code="twin",
     )
@@ -177,9 +172,8 @@ def twin_plan(
 ) -> TwinPlan:
     """Return the inputs that all twins of an axis have in common; twins differ in noise only.
 
-    A twin is the declared experiment, simulated with the true parameters.
-
-    The arguments are those of `twin_record`.
+    A twin is the declared experiment, simulated with the true parameters. The arguments are those
+    of `twin_record`.
 
     Raises
     ------
@@ -193,7 +187,8 @@ def twin_plan(
     if len(reference) < MIN_RECORD_SAMPLES.value:
         raise UsageError(
             f"the moves of axis {declared.name!r} end after {len(reference)} samples of "
-            f"{period:g} s; a record needs {MIN_RECORD_SAMPLES.value} or more: give longer moves.",
+            f"{period:g} s, but a record needs {MIN_RECORD_SAMPLES.value} samples or more. Declare "
+            "longer moves.",
             code="too-short",
         )
     clocks = clocks_of(law, len(reference), period)
@@ -201,8 +196,9 @@ def twin_plan(
     recorded = {**of_time, **(signals or {})}
     if missing := [s.name for s in declared.signals if s.name not in recorded]:
         raise UsageError(
-            f"axis {declared.name!r} has the recorded signals {', '.join(missing)}, which have no "
-            "values in its twin; give a record, signals=..., or declare them in the experiment.",
+            f"axis {declared.name!r} declares the recorded signals {', '.join(missing)}, but its "
+            "twin has no values for them. Give a record, give signals=..., or declare the signals "
+            "in the experiment.",
             code="twin",
         )
     truth = np.array([*_truth(declared).values()])
@@ -236,13 +232,14 @@ class TwinPlan:
     period : float
         Sampling period of the log, s.
     clocks : TwoClocks or None
-        Times of the evaluations if the law has another period.
+        Times of the law's evaluations; None if the law has the period of the log.
     signals : mapping of str to array_like
         The recorded signals that the axis declares.
     injected : (N,) array or None
-        Test signal.
+        Test signal; None for none.
     injected_at : str or None
-        Signal that the test signal is added to.
+        Signal that the test signal is added to, ``control`` or ``reference``; None if none is
+        declared.
     """
 
     axis: GeneratedAxis
@@ -257,7 +254,7 @@ class TwinPlan:
 
     @property
     def true_values(self) -> dict[str, float]:
-        """True values by name of the declared parameters and of those that are identified."""
+        """True values of the declared and of the identified parameters, SI, by name."""
         identified = dict(zip(self.axis.names, self.truth.tolist(), strict=True))
         return {**_truth(self.axis.declared), **identified}
 
@@ -267,15 +264,17 @@ class TwinPlan:
         Parameters
         ----------
         noise : callable
-            Returns noise of a given length. With a law of another period, the length is the number
-            of evaluations, or that of samples if there are more samples.
+            Returns noise of a given length. If the law is faster than the log, the length is the
+            number of the law's evaluations, otherwise the number of samples.
         """
+        # Noise for each evaluation of the law, and for each sample.
         clocks, commanded = self.clocks, self.reference
         if clocks is not None and clocks.law_period < clocks.log_period:
             drawn = noise(len(clocks.times))
             logged = drawn[clocks.elapsed[0]]
         else:
             drawn = logged = noise(len(commanded))
+        # Inputs at the samples, interpolated to the evaluations of the law.
         added = self.injected if self.injected_at == "reference" else None
         truth, inputs = checked_loop(
             self.axis,
@@ -288,6 +287,7 @@ class TwinPlan:
             signals=self.signals,
             resolution=self.experiment.resolution,
         )
+        # A reference and noise that are made for each evaluation replace the interpolated ones.
         if clocks is not None:
             if law_of(self.axis).reference_between:
                 reference = clocks.reference(commanded)
@@ -337,7 +337,10 @@ class TwinPlan:
         )
 
     def acceleration(self, loop: Simulation) -> Array:
-        """Return the acceleration of an ideal sensor, (N,); at a jump the mean of both sides."""
+        """Return the acceleration of an ideal sensor, (N,).
+
+        At a jump it is the mean of the accelerations just before and just after the jump.
+        """
         axis = self.axis
         if loop.held is not None or (axis.jumps and not axis.holds_force):
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
@@ -346,7 +349,7 @@ class TwinPlan:
 
 
 def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw, float]:
-    """Return experiment, law and sampling period of the log in s.
+    """Return the experiment and the control law of an axis, and the sampling period of the log, s.
 
     Raises
     ------
@@ -369,9 +372,9 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
     samples = sum(move.duration for move in experiment.moves) / period
     if not samples <= _MOST_SAMPLES:
         raise ModelError(
-            f"axis {axis.name!r}: its experiment would take {samples:.3g} samples of "
-            f"{period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
-            "the drive in seconds).",
+            f"the experiment of axis {axis.name!r} would take {samples:.3g} samples of "
+            f"{period:g} s, but at most {_MOST_SAMPLES:g} are allowed. Declare shorter moves, or "
+            "the period of the drive in seconds.",
             code="twin",
         )
     return experiment, law, logged
@@ -388,6 +391,7 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
     drive, coordinate = axis.drive, axis.coordinate
     if not math.isfinite(drive.limit) or axis.states or axis.signals:
         return  # the holding force of internal states or signals is not known here
+    # Forces that hold the axis with friction in either direction, and forces at the drive's limit.
     load, given = axis.functions["inverse_dynamics"], axis.functions["drive_force"]
     needed = sorted(float(load(start, 0.0, 0.0, side, truth)) for side in (-1.0, 1.0))
     force = sorted(float(given(side * drive.limit, start, 0.0)) for side in (-1.0, 1.0))
@@ -395,10 +399,10 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
         off = needed[0] if needed[0] > force[1] else needed[1]
         unit = coordinate.force_unit
         raise ModelError(
-            f"the drive of axis {axis.name!r} cannot hold its load: at its limit of "
-            f"{drive.limit:g} {drive.unit} it gives {force[0]:.4g} to {force[1]:.4g} "
-            f"{unit}, and at rest at {start:g} {coordinate.unit} the load needs {off:.4g} "
-            f"{unit} with {axis.describe(truth)}, so that the twin would fall. "
+            f"the drive of axis {axis.name!r} cannot hold its load. At its limit of "
+            f"{drive.limit:g} {drive.unit} the drive gives {force[0]:.4g} to {force[1]:.4g} "
+            f"{unit}. At rest at {start:g} {coordinate.unit} the load needs {off:.4g} "
+            f"{unit} with {axis.describe(truth)}, so that the axis of the twin would fall. "
             "Raise the limit of the drive, or lower the load.",
             code="twin",
         )

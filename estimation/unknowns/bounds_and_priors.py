@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -25,7 +26,7 @@ _INSIDE = 0.05  # distance of a start from its bound, of the parameter's scale
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unknowns:
-    """The parameters of a fit, (P,) each.
+    """Parameters of a fit with their bounds, priors and fixed values, (P,) each.
 
     Attributes
     ----------
@@ -36,7 +37,7 @@ class Unknowns:
     prior, prior_sd : array
         Mean and standard deviation of the prior; the latter is infinite without a prior.
     fixed : array
-        Fixed values; NaN for free parameters.
+        Fixed values, SI; NaN for free parameters.
     """
 
     quantities: tuple[Quantity, ...]
@@ -76,9 +77,10 @@ class Unknowns:
         return np.asarray(((at - self.prior) / self.prior_sd)[self.has_prior])
 
     def scale(self, start: Array, size: Array) -> Array:
-        """Return the scale of each parameter for steps, (P,).
+        """Return the scale of each parameter for the steps of a search, (P,).
 
-        It is the largest magnitude of start, least size and prior value; 1 if all are 0.
+        It is the largest magnitude of its start value, smallest scale (`size`, see `least_sizes`)
+        and prior value; 1 if all are 0.
         """
         scale = np.max(np.abs([start, size, self.prior]), axis=0)
         return np.where(scale > 0, scale, 1.0)
@@ -86,8 +88,9 @@ class Unknowns:
     def drawn_about(self, start: Array, size: Array, random: np.random.Generator) -> Array:
         """Return random parameters near a start, (P,).
 
-        A parameter with a sign constraint is multiplied by ``exp(0.5 z)`` with z standard normal;
-        others, and those that start at 0, are shifted by their size times z, on the allowed side.
+        A parameter with a sign constraint is multiplied by ``exp(0.5 z)`` with z standard normal.
+        Other parameters, and parameters that start at 0, are shifted by their size times z, to the
+        allowed side.
         """
         draws = random.standard_normal(len(start))
         up, down = self.lower >= 0, self.upper <= 0
@@ -109,9 +112,10 @@ class Unknowns:
 def bounded_quadratic_minimum(
     lower: Array, upper: Array, at: Array, rows: Array, downhill: Array
 ) -> tuple[Array, IntArray]:
-    """Return the minimum of a quadratic cost within bounds, (k,), and the active bounds, -1 or 1.
+    """Return the minimum of a quadratic cost within bounds, (k,), and the active bounds, (k,).
 
-    Minimises ``||J d||^2 / 2 - g' d`` for ``d = theta - at``.
+    Minimises ``||J d||^2 / 2 - g' d`` for ``d = theta - at``. An active bound is -1 for the lower
+    and 1 for the upper bound; 0 for a parameter inside its bounds.
 
     Parameters
     ----------
@@ -174,32 +178,36 @@ def unknowns_of(
     )
     names = found.names
 
-    def places(name: object, what: str) -> list[int]:
+    def indices(name: object, what: _Given) -> list[int]:
         """Return the indices of the parameters that a name stands for.
 
-        An unknown name is refused, and so is an action (`what`: bound, know, fix) on a fixed one.
+        They are several for a local parameter of several records. An unknown name is refused, and
+        so are a bound and a prior (`what` is given) of a parameter with a fixed value.
         """
         own = local.get(str(name), (str(name),))
         if not {*own} <= {*names}:
             raise UsageError(
-                f"there is no parameter {quoted(name)} to {what}; the fit has {', '.join(names)}.",
+                f"a {what} is given for {quoted(name)}, which is not a parameter of the fit. "
+                f"Choose from {', '.join(names)}.",
                 code="fit",
             )
         at = [names.index(each) for each in own]
-        if what != "fix" and not found.free[at].all():
+        if what != "fixed value" and not found.free[at].all():
             raise UsageError(
-                f"{quoted(name)} is fixed, so that there is nothing to {what}; give one of the "
-                "two.",
+                f"{quoted(name)} has both a fixed value and a {what}. Give only one of the two.",
                 code="fit",
             )
         return at
 
     _take_declared(found, form)
-    _take_fixed(found, fixed, places)
-    _take_bounds(found, bounds, places)
-    _take_priors(found, prior, places)
+    _take_fixed(found, fixed, indices)
+    _take_bounds(found, bounds, indices)
+    _take_priors(found, prior, indices)
     if not found.free.any():
-        raise UsageError("every parameter is fixed; leave at least one to search.", code="fit")
+        raise UsageError(
+            "every parameter is fixed. Leave at least one parameter without a fixed value.",
+            code="fit",
+        )
     return found
 
 
@@ -223,32 +231,40 @@ def check_enough(counted: Array, spans: Sequence[Sequence[slice]], unknowns: Unk
         if not any(np.any(counted[rows] > 0) for rows in own):
             which = f"record {number}" if len(spans) > 1 else "the record"
             raise DataError(
-                f"every sample of {which} is masked, so that there is no output to fit; mask less, "
-                "or fit a part that is not masked.",
+                f"every sample of {which} is masked, so that there is no output to fit. Mask fewer "
+                "samples, or fit a part of the record that is not masked.",
                 code="fit",
             )
     rows, searched = int(np.count_nonzero(counted)), int(unknowns.free.sum())
     if rows + int(unknowns.has_prior.sum()) <= searched:
         raise DataError(
-            f"{rows} values of the output are too few for {searched} parameters; record longer, "
-            "or fix parameters.",
+            f"{rows} values of the output are too few for {searched} parameters. Record a longer "
+            "motion, or fix parameters.",
             code="too-short",
         )
 
 
-#: Function of a name and an action (bound, know, fix) that returns indices of parameters.
-_Places = Callable[[object, str], list[int]]
+#: What is given for a parameter, as messages call it.
+_Given = Literal["bound", "prior", "fixed value"]
+
+#: Function that returns the indices of the parameters that a name stands for. Its arguments are the
+#: name, and what is given for it.
+_Indices = Callable[[object, _Given], list[int]]
 
 
 def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
-    """Set declared known values in the unknowns: fixed if exact, otherwise a prior."""
+    """Set the declared known values in the unknowns, in place.
+
+    A value with a standard deviation is a prior, an exact value is fixed.
+    """
     known = {p.name: p for p in (*form.declared, *form.axis.base.known) if p.known is not None}
     for p in known.values():
         if p.name not in found.names:
             raise ModelError(
-                f"{p.name} of axis {form.axis.name!r} is fixed, and the fit searches "
-                f"{', '.join(found.names)}, which combine it with others; leave the fixed value "
-                "out, and let identify compute the other parameters with it.",
+                f"{p.name} of axis {form.axis.name!r} is fixed, but the fit searches "
+                f"{', '.join(found.names)}, in which {p.name} is combined with other parameters. "
+                "Fit without the fixed value, and let identify compute the other parameters with "
+                "the fixed value.",
                 code="fit",
             )
         at, value = found.names.index(p.name), float(p.known or 0.0)
@@ -259,59 +275,68 @@ def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
 
 
 def _take_bounds(
-    found: Unknowns, bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]], places: _Places
+    found: Unknowns, bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]], indices: _Indices
 ) -> None:
-    """Set given bounds in the unknowns, within the declared ones.
+    """Set given bounds in the unknowns, in place; bounds outside the declared ones have no effect.
 
-    `places` returns the indices of the parameters of a name.
+    `indices` returns the indices of the parameters that a name stands for.
     """
     for name, given in by_name(bounds, "bounds").items():
         pair = given if isinstance(given, (tuple, list)) else (None,)
         if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
             raise UsageError(
-                f"the bounds of {quoted(name)} are {quoted(given)}; give a lower and an upper one, "
-                "None for none.",
+                f"the bounds of {quoted(name)} are {quoted(given)}. Give a lower and an upper "
+                "bound, each a number, or None for no bound.",
                 code="fit",
             )
-        for j in places(name, "bound"):
+        for j in indices(name, "bound"):
             low = found.lower[j] if pair[0] is None else float(np.maximum(found.lower[j], pair[0]))
             high = found.upper[j] if pair[1] is None else float(np.minimum(found.upper[j], pair[1]))
             if not low < high:
                 raise UsageError(
-                    f"the bounds of {found.names[j]} together with the declared ones are {low:g} "
-                    f"and {high:g}, with nothing between; give others, or fix it.",
+                    f"the given and declared bounds of {found.names[j]} together are {low:g} and "
+                    f"{high:g}, and no value lies between them. Give other bounds, or fix "
+                    f"{found.names[j]}.",
                     code="fit",
                 )
             found.lower[j], found.upper[j] = low, high
 
 
 def _take_priors(
-    found: Unknowns, prior: Mapping[str, tuple[float, float]], places: _Places
+    found: Unknowns, prior: Mapping[str, tuple[float, float]], indices: _Indices
 ) -> None:
-    """Set given priors in the unknowns; `places` returns the indices of a name's parameters."""
-    for name, given in by_name(prior, "values known before").items():
-        own = places(name, "know")
-        pair, largest = given if isinstance(given, (tuple, list)) else (), LARGEST_VALUE.value
-        mean, sd = map(float, pair) if len(pair) == 2 and all(map(is_real, pair)) else (0.0, 0.0)
+    """Set given priors in the unknowns, in place.
+
+    `indices` returns the indices of the parameters that a name stands for.
+    """
+    largest = LARGEST_VALUE.value
+    for name, given in by_name(prior, "priors").items():
+        own = indices(name, "prior")
+        mean, sd = 0.0, 0.0  # refused below, as the standard deviation is 0
+        if isinstance(given, (tuple, list)) and len(given) == 2 and all(map(is_real, given)):
+            mean, sd = map(float, given)
         least = max(_MIN_PRIOR_DEVIATION * abs(mean), 1 / largest)
         if not (abs(mean) <= largest and least <= sd <= largest):
             raise UsageError(
-                f"the prior of {quoted(name)} is {quoted(given)}; give a value and its "
-                f"standard deviation, finite and of {largest:g} at most, or fix the value if its "
-                "standard deviation is 0 or negligible.",
+                f"the prior of {quoted(name)} is {quoted(given)}. Give a value and its standard "
+                f"deviation, both finite and of at most {largest:g}. If the standard deviation is "
+                "0 or negligible, fix the value instead.",
                 code="fit",
             )
         found.prior[own], found.prior_sd[own] = mean, sd
 
 
-def _take_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
-    """Set given fixed values in the unknowns; `places` returns the indices of a name."""
+def _take_fixed(found: Unknowns, fixed: Mapping[str, float], indices: _Indices) -> None:
+    """Set given fixed values in the unknowns, in place.
+
+    `indices` returns the indices of the parameters that a name stands for.
+    """
     for name, value in by_name(fixed, "fixed values").items():
-        for j in places(name, "fix"):
+        for j in indices(name, "fixed value"):
             low, high, is_number = found.lower[j], found.upper[j], is_real(value)
             if not (is_number and math.isfinite(value) and low <= value <= high):
                 raise UsageError(
-                    f"{found.names[j]} is fixed at {quoted(value)}; give a finite number within "
+                    f"{found.names[j]} is fixed at {quoted(value)}. Give a finite number within "
                     f"its bounds of {low:g} and {high:g}.",
                     code="fit",
                 )

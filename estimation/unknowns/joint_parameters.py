@@ -53,7 +53,7 @@ class Member(Exact):
         The axis with the known law gains of the record, and with known values in place of
         parameters that enter nonlinearly.
     into : (b, P) array
-        Derivatives of the b base parameters by the P joint parameters.
+        Derivatives of the b base parameters by the P joint parameters, without the drive gain.
     offset : (b,) array
         Part of the base parameters that is due to known values.
     """
@@ -70,9 +70,9 @@ class JointForm(Exact, InverseForm):
     Attributes
     ----------
     parameters : tuple of Parameter
-        Shared parameters, those of each record, and last the drive gain if it is identified.
+        Shared parameters, local parameters, and last the drive gain if it is identified.
     expressions : tuple of str
-        Expression of each parameter in declared ones; empty for a declared parameter itself.
+        Expression of each parameter in the declared parameters; empty for a declared parameter.
     members : tuple of Member
         Map to the parameters of each record.
     local : mapping of str to tuple of str
@@ -99,8 +99,8 @@ class JointForm(Exact, InverseForm):
         If the drive gain is identified, they are multiplied by kappa, and the last one is kappa.
         """
         return tuple(
-            Quantity(name=p.name, unit=p.unit, expression=said)
-            for p, said in zip(self.parameters, self.expressions, strict=True)
+            Quantity(name=p.name, unit=p.unit, expression=expression)
+            for p, expression in zip(self.parameters, self.expressions, strict=True)
         )
 
     physical_quantities = quantities
@@ -116,7 +116,7 @@ class JointForm(Exact, InverseForm):
         return True
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
-        """Return the joint parameters (P,) for those of the regression, and the Jacobian (P, P).
+        """Return joint parameters (P,) for those of the regression (P,), and the Jacobian (P, P).
 
         If the drive gain is identified, the last parameter of the regression is kappa, the declared
         gain divided by the true one. The others are divided by kappa, and the last is replaced by
@@ -132,7 +132,8 @@ class JointForm(Exact, InverseForm):
     def regressed(self, physical: Array) -> Array:
         """Return the regression's parameters (P,) for joint parameters (P,).
 
-        The same, unless the drive gain is identified; then multiplied by kappa, with kappa last.
+        They are the same unless the drive gain is identified. They are then multiplied by kappa,
+        and kappa takes the place of the gain, which is the last.
         """
         if self.gain is None:
             return physical
@@ -157,9 +158,9 @@ class JointForm(Exact, InverseForm):
     def own(self, physical: Array, record: int) -> Array:
         """Return the parameters of one record's axis, (b,), for joint parameters (P,).
 
-        The offset is the part given by known values. If the drive gain is identified, it is not
-        dropped: the offset is multiplied by kappa, as the last column of `record_jacobian`. The
-        result then belongs to the declared gain, with which the record's force is computed.
+        They are ``into mu + offset``, see `Member`. If the drive gain is identified, both terms are
+        multiplied by kappa, and the offset is the last column of `record_jacobian`. The result then
+        belongs to the declared gain, with which the record's force is computed.
         """
         offset = self.members[record].offset if self.gain is None else 0.0
         return np.asarray(
@@ -167,7 +168,7 @@ class JointForm(Exact, InverseForm):
         )
 
     def record_jacobian(self, record: int) -> Array:
-        """Return the derivative of a record's parameters by those of the regression, (b, P)."""
+        """Return the derivatives of a record's parameters by those of the regression, (b, P)."""
         member = self.members[record]
         if self.gain is None:
             return member.into
@@ -176,8 +177,15 @@ class JointForm(Exact, InverseForm):
     def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:
         """Return a record's intercept (n,) and regressor (n, P) in the regression's parameters.
 
-        The arguments are those in the parameters of the record's axis. If the drive gain is
-        identified, the known force of the record is the column of kappa instead of the intercept.
+        If the drive gain is identified, the known force of the record is the column of kappa, and
+        the intercept is 0.
+
+        Parameters
+        ----------
+        record : int
+            Index of the record.
+        intercept, regressor : (n,) and (n, b) array
+            Intercept and regressor in the parameters of the record's axis.
         """
         member = self.members[record]
         columns, force = regressor @ member.into, intercept + regressor @ member.offset
@@ -206,8 +214,8 @@ def joint_form_of(
     local : iterable of str
         Names of parameters that each record has its own value of, see `declared_names`.
     commanded : bool
-        True if the force of all records is computed from the control, so that the drive gain may be
-        identified.
+        True if the force of all records is computed from the control. The drive gain is then
+        identified if known forces allow it.
 
     Raises
     ------
@@ -237,16 +245,23 @@ def joint_form_of(
         )
         for own, table, offset in zip(axes, tables, offsets, strict=True)
     )
+    # The drive gain is the last parameter, if it is identifiable.
     drive = axis.drive
-    tells = commanded and drive.is_gain and _tells_gain(members)
+    gain: float | None = None
+    parameters = [parameter for _, parameter, _ in found]
+    expressions = [expression for *_, expression in found]
+    if commanded and drive.is_gain and _is_gain_identifiable(members):
+        gain = drive.gain
+        parameters.append(drive_gain_of(axis))
+        expressions.append("")
     return JointForm(
         axis,
-        parameters=(*(p for _, p, _ in found), *([drive_gain_of(axis)] * tells)),
-        expressions=(*(said for *_, said in found), *([""] * tells)),
+        parameters=tuple(parameters),
+        expressions=tuple(expressions),
         members=members,
         local=local_names,
         known=known,
-        gain=drive.gain if tells else None,
+        gain=gain,
     )
 
 
@@ -270,10 +285,11 @@ def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]
 
 
 def perturbed_joint_forms(axis: GeneratedAxis, joint: JointForm | None) -> Iterator[JointForm]:
-    """Yield joint forms in which one known value is larger by its standard error.
+    """Yield joint forms, in each of which one known value is changed by its standard error.
 
-    One form for each uncertain known value; smaller instead of larger if the bound is nearer, as
-    the resulting change counts by its square. Nothing without a joint form.
+    There is one form for each uncertain known value. The value is increased, or decreased if the
+    increased value is out of bounds: only the square of the resulting change is used. Nothing is
+    yielded if `joint` is None.
     """
     if joint is None:
         return
@@ -282,16 +298,20 @@ def perturbed_joint_forms(axis: GeneratedAxis, joint: JointForm | None) -> Itera
     for name, values in joint.known.items():
         # Equal values with equal standard deviations are one measurement with one error in all
         # records.
-        for told in dict.fromkeys(pair for pair in values if pair[1] > 0):
-            inside = name not in declared or declared[name].allows(sum(told))
-            by = told[1] if inside else -told[1]
-            other = tuple((v + by * ((v, sd) == told), sd) for v, sd in values)
-            known = {**joint.known, name: other}
+        for measured in dict.fromkeys(pair for pair in values if pair[1] > 0):
+            change = measured[1]
+            if name in declared and not declared[name].allows(sum(measured)):
+                change = -change
+            changed = tuple((v + change * ((v, sd) == measured), sd) for v, sd in values)
+            known = {**joint.known, name: changed}
             yield joint_form_of(axis, records, known, joint.local, commanded=commanded)
 
 
 def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[str, ...]) -> None:
-    """Refuse known values and local names that do not suit the axis."""
+    """Refuse known values and names of local parameters that do not suit the axis.
+
+    The arguments are those of `joint_form_of`, with local names from `declared_names`.
+    """
     declared, law = {p.name: p for p in axis.declared.parameters}, axis.declared.control
     gains = [*law.gains] if law is not None else []
     bounded = [(declared[name], each) for name, each in known.items() if name in declared]
@@ -306,48 +326,53 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
         *(
             (
                 name not in (*declared, *gains),
-                f"there is no {name!r} that could be known of each record; axis {axis.name!r} "
-                f"has {', '.join((*declared, *gains))}",
+                f"known values are given for {name!r}, which is neither a parameter nor a gain of "
+                f"axis {axis.name!r}. Choose from {', '.join((*declared, *gains))}",
             )
             for name in known
         ),
         *(
             (
                 not all(p.lower <= value <= p.upper for value, _ in each),
-                f"the known values of {p.name!r}, "
+                f"the known values of {p.name!r} are "
                 + ", ".join(f"{value:g}" + f" +- {sd:g}" * (sd > 0) for value, sd in each)
-                + f", exceed its bounds of {p.lower:g} and {p.upper:g}; give values within them",
+                + f", but its bounds are {p.lower:g} and {p.upper:g}. Give values within the "
+                "bounds",
             )
             for p, each in bounded
         ),
         *(
             (
                 name not in declared,
-                f"there is no parameter {name!r} that each record could have its own value of; "
-                f"axis {axis.name!r} has {', '.join(declared)}",
+                f"there is no parameter {name!r} to estimate separately for each record. Axis "
+                f"{axis.name!r} has {', '.join(declared)}",
             )
             for name in local
         ),
         *(
             (
                 name in known,
-                f"{name!r} is both known and local in each record; leave one of the two out",
+                f"{name!r} is local, so that it is estimated for each record, but it also has "
+                "known values. Give only one of the two",
             )
             for name in local
         ),
         (
             fixed,
             f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
-            "which only works if all parameters are shared; instead, give the value of each record "
-            f"with {' and '.join(settings)}",
+            "which is only possible if the records share all parameters. Give the value for each "
+            f"record instead: {' and '.join(settings)}",
         ),
-        ({*known} >= {*declared}, "every parameter is known; leave at least one to identify"),
+        (
+            {*known} >= {*declared},
+            "every parameter has known values. Leave at least one parameter to identify",
+        ),
         code="parameters",
     )
 
 
 def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[GeneratedAxis]:
-    """Return the axis of each record; records with equal known values share one.
+    """Return the axis of each record; records with equal known values share one axis.
 
     Raises
     ------
@@ -356,20 +381,27 @@ def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[Generat
     """
     law = axis.declared.control
     gains = {*law.gains} if law is not None else set[str]()
-    bent = {
-        p.name for p, is_bent in zip(axis.axis_parameters, axis.nonlinear, strict=True) if is_bent
+    nonlinear = {
+        p.name
+        for p, is_nonlinear in zip(axis.axis_parameters, axis.nonlinear, strict=True)
+        if is_nonlinear
     }
-    if unknown := sorted(bent - {*known}):
+    unknown = sorted(nonlinear - {*known})
+    if unknown:
+        enter, their, them = "enters", "its value", unknown[0]
+        if len(unknown) > 1:
+            enter, their, them = "enter", "their values", "these parameters"
         raise ModelError(
-            f"{', '.join(unknown)} of axis {axis.name!r} enters nonlinearly, and known or local "
-            "parameters of each record are only possible if all others enter linearly; give its "
-            "value for each record, or leave it out.",
+            f"{', '.join(unknown)} of axis {axis.name!r} {enter} nonlinearly. Known or local "
+            "values of each record are only possible if all other parameters enter linearly. Give "
+            f"{their} for each record, or leave {them} out of the model.",
             code="parameters",
         )
-    held = {name: each for name, each in known.items() if name in bent or name in gains}
-    own = [tuple((name, each[i][0]) for name, each in held.items()) for i in range(records)]
-    made = {values: _variant(axis, dict(values), gains) for values in dict.fromkeys(own)}
-    return [made[values] for values in own]
+    # Known values that change the functions of the axis; linear parameters change `Member.offset`.
+    inserted = {name: each for name, each in known.items() if name in nonlinear or name in gains}
+    own = [tuple((name, each[i][0]) for name, each in inserted.items()) for i in range(records)]
+    variants = {values: _variant(axis, dict(values), gains) for values in dict.fromkeys(own)}
+    return [variants[values] for values in own]
 
 
 def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> GeneratedAxis:
@@ -397,14 +429,16 @@ def _terms(
     """
     base, values = axis.base, {n: _exact(each[record][0]) for n, each in known.items()}
     names = [p.name for p in base.declared.parameters]
-    split = []
+    # Product of the unknown parameters, and factor of the known values, in each declared product.
+    split: list[tuple[_Product, Fraction]] = []
     for powers in base.exponents:
         factors = {name: e for name, e in zip(names, powers, strict=True) if e}
-        held = (values[name] ** e for name, e in factors.items() if name in values)
-        factor = math.prod(held, start=Fraction(1))
-        rest = tuple((name, e) for name, e in factors.items() if name not in values)
-        own = any(name in local for name, _ in rest)
-        split.append(((rest, record if own else None), factor))
+        inserted = (values[name] ** e for name, e in factors.items() if name in values)
+        factor = math.prod(inserted, start=Fraction(1))
+        unknown = tuple((name, e) for name, e in factors.items() if name not in values)
+        is_local = any(name in local for name, _ in unknown)
+        split.append(((unknown, record if is_local else None), factor))
+    # Sums of these products.
     found = []
     for weights in base.weights:
         row: dict[_Product, Fraction] = {}
@@ -436,6 +470,8 @@ def _common(
 ) -> tuple[list[CommonParameter], dict[str, tuple[str, ...]]]:
     """Return the joint parameters, and the names of each local parameter by record.
 
+    A joint parameter has the index of its first product, the parameter, and its expression.
+
     Parameters
     ----------
     axis : GeneratedAxis
@@ -455,8 +491,8 @@ def _common(
         declared = alone[powers[0][0]] if _is_single(powers) else None
         if declared is not None and record is not None:
             name = fresh_name(f"{declared.name}_{record + 1}", taken)
-            said = f"{declared.name} of record {record + 1}"
-            declared = replace(declared, name=name, description=said)
+            description = f"{declared.name} of record {record + 1}"
+            declared = replace(declared, name=name, description=description)
         symbols.append(declared)
     found = common_parameters(axis.declared, products, symbols, rows, taken)
     found.sort(key=lambda each: _place(axis, products[each[0]]))
@@ -469,14 +505,15 @@ def _common(
 
 
 def _is_single(powers: tuple[tuple[str, int], ...]) -> bool:
-    """Return True if a product is a single parameter."""
+    """Return True if a product, given by names and powers, is a single parameter."""
     return len(powers) == 1 and powers[0][1] == 1
 
 
-def _tells_gain(members: Sequence[Member]) -> bool:
-    """Return True if the known forces are linearly independent of the parameters' columns.
+def _is_gain_identifiable(members: Sequence[Member]) -> bool:
+    """Return True if known values make a force from which the drive gain can be identified.
 
-    The drive gain is then identifiable.
+    This is so if the offsets of all records are linearly independent of the joint parameters'
+    columns.
     """
     into = np.concatenate([member.into for member in members])
     offset = np.concatenate([member.offset for member in members])

@@ -21,7 +21,7 @@ KnownValues = Mapping[str, tuple[tuple[float, float], ...]]
 
 
 def known_of(told: Mapping[str, Sequence[KnownValue]] | None, records: int) -> KnownValues:
-    """Return the known values of each record from given values by name.
+    """Return the known values of each record with their standard deviations, by name.
 
     Parameters
     ----------
@@ -40,15 +40,15 @@ def known_of(told: Mapping[str, Sequence[KnownValue]] | None, records: int) -> K
     for name, given in by_name(told, "known values").items():
         if isinstance(given, str) or not isinstance(given, Iterable):
             raise UsageError(
-                f"the known values of {name!r} are {quoted(given)}; give a list with a number, or "
-                "a number and its standard deviation, for each record.",
+                f"the known values of {name!r} are {quoted(given)}. Give a list with one entry for "
+                "each record: a number, or a number and its standard deviation.",
                 code="parameters",
             )
         entries = tuple(_pair(name, entry) for entry in given)
         if len(entries) != records:
             raise UsageError(
-                f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, and there "
-                f"{counted}; give one value for each record, in order.",
+                f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, but there "
+                f"{counted}. Give one value for each record, in the order of the records.",
                 code="parameters",
             )
         found[name] = entries
@@ -56,13 +56,16 @@ def known_of(told: Mapping[str, Sequence[KnownValue]] | None, records: int) -> K
 
 
 def _pair(name: str, entry: object) -> tuple[float, float]:
-    """Return a known value with its standard deviation, refused if it is no finite number."""
+    """Return a known value and its standard deviation, which is 0 for a single number.
+
+    An entry that is no finite number or pair of numbers is refused; `name` is for the message.
+    """
     pair = tuple(entry) if isinstance(entry, (tuple, list)) else (entry, 0.0)
-    sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
-    if not sound or pair[1] < 0:
+    is_finite = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
+    if not is_finite or pair[1] < 0:
         raise UsageError(
-            f"a known value of {name!r} is {quoted(entry)}; give a finite number, or a number and "
-            "its standard deviation, 0 or more.",
+            f"a known value of {name!r} is {quoted(entry)}. Give a finite number, or a finite "
+            "number and its standard deviation, 0 or more.",
             code="parameters",
         )
     return float(pair[0]), float(pair[1])

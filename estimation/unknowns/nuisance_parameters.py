@@ -1,8 +1,9 @@
 """Nuisance parameters of a search: initial states of loops, gains, and a time of the drive.
 
-A record shows the initial state of its loop except for noise: the first position is one sample, and
-the first velocity is that of a parabola through some. A search may free both for each stretch. The
-memory of the law at the start depends on the signals that it read, which the record has.
+A record shows the initial state of its loop with noise: the initial position is one sample, and the
+initial velocity is that of a parabola through the first samples. A search may free both for each
+stretch, that is, for each segment of a record. The memory of the law at the start depends on the
+signals that the law read, which the record has.
 
 A loop with another drive gain g equals that with the declared gain g0 with every force multiplied
 by g0/g: parameters that enter linearly are searched with their true values, and multiplied by g0/g
@@ -34,7 +35,7 @@ _SIZE = 1e-2  # smallest scale of an initial state, relative to position range a
 
 _NEXT_TO_0 = 1e-9  # smallest gain, relative to the declared gain
 _MOTIONS, _SEED = 64, 0  # random motions on which the linearity of the force is tested
-_SAME = 1e-9  # of the largest force
+_SAME = 1e-9  # difference of forces, relative to the largest force, that is rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ class ExtendedForm(InverseForm):
 
     @property
     def more(self) -> tuple[Parameter, ...]:
-        """All nuisance parameters in the order in which they follow those of the model."""
+        """All nuisance parameters, in their order after the parameters of the model."""
         starts = (p for start in self.starts.values() for p in start.values())
         return (*self.drive_gain, *self.gains, *starts, *self.time)
 
@@ -98,8 +99,8 @@ class ExtendedForm(InverseForm):
     def own(self, physical: Array, record: int) -> Array:
         """Return the parameters of one record's axis, (b,), for all parameters (P,).
 
-        With a free drive gain they are those that give the same motion with the declared gain, see
-        `by_declared_gain`.
+        With a free drive gain, the returned parameters give the same motion with the declared gain,
+        see `by_declared_gain`.
         """
         count = len(self.of_model.physical_quantities)
         own = self.of_model.own(physical[:count], record)
@@ -157,7 +158,7 @@ class ExtendedForm(InverseForm):
             The axis has no law with variable gains, or the law lacks a given gain.
         """
         free = tuple(dict.fromkeys(names))
-        law, *_ = [axis.loop_with(free)[1] for axis in self.axes]
+        law, *_ = [axis.loop_with(free)[1] for axis in self.axes]  # each axis is checked
         values = [(name, float(law.gains[name])) for name in free]
         gains = tuple(
             Parameter(
@@ -182,31 +183,32 @@ class ExtendedForm(InverseForm):
         """
         names = [name for name in INITIAL_STATE_PARAMETERS if START in asked or name in asked]
         stretches = [
-            (i, segment, start)
-            for i, pair in enumerate(zip(self.axes, records, strict=True))
-            for segment, start in enumerate(loop_starts(*pair))
+            (index, segment, start)
+            for index, (axis, record) in enumerate(zip(self.axes, records, strict=True))
+            for segment, start in enumerate(loop_starts(axis, record))
         ]
-        taken, q = {q.name.lower() for q in self.physical_quantities}, self.axes[0].axis.coordinate
+        taken = {quantity.name.lower() for quantity in self.physical_quantities}
+        q = self.axes[0].axis.coordinate
         found, sizes = dict[tuple[int, int], dict[str, Parameter]](), list[float]()
-        for number, (i, segment, start) in enumerate(stretches, 1):
-            after = f"_{number}" if len(stretches) > 1 else ""
-            position, period = (
-                records[i].position[slice(*records[i].spans[segment])],
-                records[i].period,
-            )
+        for number, (index, segment, start) in enumerate(stretches, 1):
+            suffix = f"_{number}" if len(stretches) > 1 else ""
+            # Smallest scales from the range of positions and the mean speed of the stretch.
+            record = records[index]
+            position = record.position[slice(*record.spans[segment])]
             reach = float(np.ptp(position)) or 1.0
-            most = reach / (period * len(position))  # mean speed of a motion in one direction
-            speed = float(np.abs(np.diff(position)).mean()) / period if len(position) > 1 else 0.0
-            every = zip(
+            speed = reach / (record.period * len(position))  # of a motion in one direction
+            if len(position) > 1:
+                speed = max(float(np.abs(np.diff(position)).mean()) / record.period, speed)
+            both = zip(
                 INITIAL_STATE_PARAMETERS,
                 (q.unit, q.velocity_unit),
                 (start.position, start.velocity),
-                (_SIZE * reach, _SIZE * max(speed, most)),
+                (_SIZE * reach, _SIZE * speed),
                 strict=True,
             )
-            chosen = [each for each in every if each[0] in names]
-            found[i, segment] = {
-                name: Parameter(fresh_name(name + after, taken), str(unit), nominal=float(value))
+            chosen = [each for each in both if each[0] in names]
+            found[index, segment] = {
+                name: Parameter(fresh_name(name + suffix, taken), str(unit), nominal=float(value))
                 for name, unit, value, _ in chosen
             }
             sizes += [size for *_, size in chosen]
@@ -214,7 +216,10 @@ class ExtendedForm(InverseForm):
 
 
 def least_sizes(form: Form) -> Array:
-    """Return the smallest scales of parameters for steps, (P,); 0 except for initial states."""
+    """Return the smallest scale of each parameter for the steps of a search, (P,).
+
+    It is 0 except for initial states.
+    """
     sizes = np.zeros(len(form.physical_quantities))
     if isinstance(form, ExtendedForm):
         first = form.place_of_gains.stop
@@ -227,12 +232,13 @@ def started_at(
 ) -> LoopInputs:
     """Return the inputs of a stretch with the initial state that parameters (P,) or (B, P) give.
 
-    The stretch is a segment of a record, both by number. Inputs are unchanged if initial states are
-    not free.
+    The stretch is a segment of a record, both by their index. Inputs are unchanged if initial
+    states are not free.
     """
     if not (isinstance(form, ExtendedForm) and form.starts):
         return inputs
     names = form.starts[record, segment]
+    # The initial states of all stretches follow the gains.
     first = form.place_of_gains.stop + [*form.starts].index((record, segment)) * len(names)
     values = dict(zip(names, np.moveaxis(physical, -1, 0)[first:], strict=False))
     start = replace(
@@ -277,7 +283,7 @@ def _with_gains(axis: GeneratedAxis, gains: tuple[tuple[str, float], ...]) -> Ge
 def inputs_at(axis: GeneratedAxis, record: Record, segment: int, inputs: LoopInputs) -> LoopInputs:
     """Return the inputs of a loop with the memory of the axis's law at the start of a segment.
 
-    The memory depends on the gains of the law. `segment` is the number of the segment.
+    The memory depends on the gains of the law. `segment` is the index of the segment.
     """
     memory = loop_starts(axis, record)[segment].memory
     if memory is None:  # the declared memory of an axis at rest
@@ -313,31 +319,36 @@ def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
         ModelError,
         (
             GAIN in names,
-            f"a parameter of the axis has its name, {GAIN}; rename that parameter",
+            f"a parameter of the axis is also named {GAIN}. Rename this parameter",
         ),
         (
             axis.states,
-            "its friction has an internal state, which need not scale with its forces; declare the "
+            "the friction has an internal state, which need not scale with the forces. Declare the "
             "gain of the data sheet",
         ),
         (
             not drive.is_times_gain,
-            f"the force of its drive, {drive.force}, is not proportional to it; declare the gain "
-            "of the data sheet, or a drive with another formula",
+            f"the force of the drive, {drive.force}, is not proportional to the gain. Declare the "
+            "gain of the data sheet, or a drive with another formula",
         ),
         (
-            not (axis.states or _is_multiple(axis)),
-            "its equation of motion has a force without parameters, such as that of a rotor's "
-            "inertia, which would change with the gain; declare the number as a parameter, and "
-            f"give its value for the record: {setting('known', {'NAME': ('VALUE',)})}",
+            not (axis.states or _is_proportional(axis)),
+            "the equation of motion has a force without parameters, such as the inertial force of "
+            "a rotor of known inertia, and this force would change with the gain. Declare the "
+            "number as a parameter, and give its value for the record: "
+            f"{setting('known', {'NAME': ('VALUE',)})}",
         ),
         before=f"the drive gain of axis {axis.name!r} cannot be free: ",
         code="free",
     )
 
 
-def _is_multiple(axis: GeneratedAxis) -> bool:
-    """Return True if the force is proportional to the parameters that enter linearly."""
+def _is_proportional(axis: GeneratedAxis) -> bool:
+    """Return True if the force is proportional to the parameters that enter linearly.
+
+    The force at random motions and parameters is compared with the sum of the terms of these
+    parameters.
+    """
     random = np.random.default_rng(_SEED)
     motion = random.uniform(0.1, 1.0, (3, _MOTIONS))
     recorded = random.uniform(0.1, 1.0, (len(axis.signals), _MOTIONS))

@@ -1,7 +1,7 @@
-"""Declaration of an axis, checked once, and ready-made parts for it.
+"""Declare an axis, checked once, from ready-made or own parts.
 
 In: elements, laws, drives, energies. Out: `Axis`; ready drives and control laws, and the filters
-and limits that laws are made of. Knows nothing of the models that are derived from it, and of text.
+and limits that laws are made of. Knows nothing of derived models and of text files.
 """
 
 from .axis import (

@@ -40,7 +40,7 @@ from .drive import FORCE_TARGET, Drive, Response
 from .experiment import Experiment
 from .unit_check import check_states, check_unit, checked_terms, unit_table
 
-#: Roles that a column of a record can have.
+#: Roles of the columns of a record: the quantities that a column can contain.
 ROLES = (
     "time",
     "position",
@@ -57,12 +57,12 @@ INJECTION_POINTS = ("control", "reference")
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Axis:
-    """A one-degree-of-freedom axis as declared; make one with `newton` or `lagrange`.
+    """A one-degree-of-freedom axis as declared; made by `newton` or `lagrange`.
 
     Attributes
     ----------
     name : str
-        Names the folder of its generated code.
+        Name in messages, and of the folder of the generated code.
     coordinate : Coordinate
         The degree of freedom.
     parameters : tuple of Parameter
@@ -73,19 +73,20 @@ class Axis:
     drive : Drive
         Drive, from control to force.
     control : ControlLaw or None
-        The sampled law that closes the loop; instrumental variables need it.
+        The control law that closes the loop; instrumental variables need it. None if it is unknown.
     columns : mapping of str to str or Column
-        Columns of this axis's records by role (see `ROLES`) or signal: names, with a unit or a
-        scaling where they are not SI, as ``--columns`` takes them; they are stored as texts.
+        Columns of this axis's logs by role (see `ROLES`) or by signal name: a name, with a unit or
+        a scaling if the column is not in SI, as ``--columns`` takes it. A `Column` is stored as
+        text.
     injected_at : str
         Signal to which the test signal in the column ``injected`` is added: ``control``, before the
         drive's limit, or ``reference``. Empty if there is no test signal, or if each record states
-        it.
+        the point itself.
     signals : tuple of Signal
         Signals recorded in addition to the motion; the force, the drive and the control law may
         depend on them.
     experiment : Experiment or None
-        Motion of the axis's twin.
+        Experiment of the axis's synthetic twin; None without one.
     title : str
         One line for tables.
     left_out : tuple of Parameter
@@ -109,7 +110,7 @@ class Axis:
     def __post_init__(self) -> None:
         check_name(self.name, "the axis")
         self._check_types()
-        self._check_response()  # first: what it refuses may be a line of any number of commands
+        self._check_response()  # first: it bounds the number of commands that the drive stores
         settle(self, columns=FrozenMapping(column_texts(self.columns)))
         check_distinct(self._names)
         self._check_signals()
@@ -120,9 +121,11 @@ class Axis:
         self.drive.check_on(self.coordinate, self.signals)
 
     def __repr__(self) -> str:
+        """Return name and parameters in one line."""
         return f"axis {self.name}: {', '.join(p.name for p in self.parameters)}"
 
     def __str__(self) -> str:
+        """Return name, title and equation of motion."""
         title = f": {self.title}" if self.title else ""
         return f"{self.name}{title}\n{equation_of_motion(self).text(self.coordinate)}"
 
@@ -132,7 +135,7 @@ class Axis:
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """Return the roles that a column of its records can have."""
+        """Return the roles of the columns of its records, including the names of its signals."""
         return (*ROLES, *(signal.name for signal in self.signals))
 
     @property
@@ -142,7 +145,7 @@ class Axis:
 
     @property
     def taken_names(self) -> set[str]:
-        """Return the names in use, in lower case, which no further parameter may have."""
+        """Return the names in use, in lower case; a further parameter must have another name."""
         return {name.lower() for name, _ in self._names}
 
     @property
@@ -150,7 +153,7 @@ class Axis:
         """Return each name in use on the axis, with a description of its owner for messages."""
         q, law, response = self.coordinate, self.control, self.response
         estimated = () if self.drive.estimated is None else (self.drive.estimated,)
-        carried: dict[str, Iterable[str]] = {
+        owned: dict[str, Iterable[str]] = {
             "the coordinate": map(str, (q.symbol, q.velocity, q.acceleration)),
             "parameter": (p.name for p in self.parameters),
             **{f"the drive's {time}": (parameter.name,) for time, parameter in estimated},
@@ -163,18 +166,19 @@ class Axis:
             if response
             else (),
         }
-        return [(name, what) for what, names in carried.items() for name in names]
+        return [(name, what) for what, names in owned.items() for name in names]
 
     @property
     def states(self) -> tuple[State, ...]:
-        """Return the internal states of its friction, by name."""
+        """Return the internal states of its friction, sorted by name."""
         return states_in(self.force)
 
     @property
     def unchecked_terms(self) -> tuple[str, ...]:
         """Return the terms of the equation of motion whose unit could not be checked, as text.
 
-        Their unit is right only if a plain number in them stands for a quantity with a unit.
+        The unit of such a term is correct only if a plain number in the term stands for a quantity
+        with a unit.
         """
         return checked_terms(
             self.force, self.coordinate, self.parameters, (*self.signals, *self.states)
@@ -184,7 +188,7 @@ class Axis:
     def response(self) -> Response | None:
         """Return the response of the drive to the held commands of a sampled law.
 
-        None without a sampled law, or if the force follows each command at once.
+        It is None without a sampled law, and if the force follows each command at once.
         """
         law = self.control
         if law is None or law.continuous:
@@ -196,7 +200,8 @@ class Axis:
     def of_law_samples(self) -> tuple[str, ...]:
         """Return the names of the drive's properties that apply only with a sampled law.
 
-        These are a lag, a delay and the like, and a force that depends on the motion.
+        These are the lag, the delay, the rate limit, the quantisation, the dead band, and a force
+        that depends on the motion.
         """
         by_motion = ("force by the motion",) if self.drives_by_motion else ()
         return (*self.drive.of_held_commands, *by_motion)
@@ -204,14 +209,14 @@ class Axis:
     @property
     def drives_by_motion(self) -> bool:
         """Return whether the force of the drive at a given control depends on the motion."""
-        along = self.drive.along(self.coordinate)
-        return not self.drive.force.free_symbols.isdisjoint((*along, *along.values(), DIRECTION))
+        motion = self.drive.along(self.coordinate)
+        return not self.drive.force.free_symbols.isdisjoint((*motion, *motion.values(), DIRECTION))
 
     @property
     def has_stribeck(self) -> bool:
         """Return whether the equation of motion has an exponential of the velocity.
 
-        This is Stribeck friction, which decreases as the speed rises.
+        Such a term is Stribeck friction, which decreases as the speed rises.
         """
         return any(each.has(self.coordinate.velocity) for each in self.force.atoms(sympy.exp))
 
@@ -240,25 +245,26 @@ class Axis:
         declared = drive.of_held_commands
         if law is None or not declared:
             return
+        named = " and the ".join(declared)
         refuse(
             ModelError,
             (
                 law.continuous,
-                f"the drive has a {' and '.join(declared)}, which applies to commands held from "
-                f"sample to sample, but the control law {law.name!r} is continuous. Declare a "
-                f"sampled law, or omit the {' and the '.join(declared)}",
+                f"the drive has a {' and '.join(declared)}, but the control law {law.name!r} is "
+                f"continuous. The {named} can only act on commands that are held from sample to "
+                f"sample. Declare a sampled law, or omit the {named}",
             ),
             (
                 law.delay and drive.delay,
                 f"the control law {law.name!r} has a delay of {law.delay} samples and the drive "
-                f"has a delay of {drive.delay:g} s. They are the same delay, except for the "
-                "recorded control. If the control was recorded after the delay, keep the law's "
-                "delay. Otherwise keep the drive's delay, with logged='command' or 'applied'",
+                f"has a delay of {drive.delay:g} s. Both declare the same delay. If the control "
+                "was recorded after the delay, keep only the law's delay. Otherwise keep only the "
+                "drive's delay, with logged='command' or 'applied'",
             ),
             (
                 drive.delay > LONGEST_DELAY * law.period,
                 f"the drive's delay is {drive.delay:g} s, more than {LONGEST_DELAY} samples of "
-                f"{law.period:g} s. Check that it is in seconds",
+                f"{law.period:g} s. Check that the delay is in seconds",
             ),
             before=f"axis {self.name!r}: ",
             code="drive",
@@ -275,22 +281,23 @@ class Axis:
             "columns": (Mapping, "a Mapping"),
             "title": (str, "a text"),
         }
-        for name, (kind, one) in wanted.items():
+        for name, (kind, expected) in wanted.items():
             if not isinstance(getattr(self, name), kind):
                 raise ModelError(
-                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}. Give {one}.",
+                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}. "
+                    f"Give {expected}.",
                     code="axis",
                 )
         settle(
             self,
-            parameters=listed(self.parameters, Parameter, "the parameters have"),
-            signals=listed(self.signals, Signal, "the signals have"),
+            parameters=listed(self.parameters, Parameter, "the parameters contain"),
+            signals=listed(self.signals, Signal, "the signals contain"),
         )
 
     def _check_symbols(self) -> None:
         """Refuse an equation of motion that is not finite and real, or whose symbols are wrong.
 
-        Each symbol must be declared, each parameter must occur, and so must the acceleration.
+        Each symbol must be declared. Each parameter and the acceleration must occur.
         """
         q = self.coordinate
         check_size(self.force, f"axis {self.name!r}: the equation of motion")
@@ -298,7 +305,8 @@ class Axis:
         for value in (self.force, with_numbers(self.force), with_numbers(1 / profile)):
             if value.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
                 raise ModelError(
-                    f"axis {self.name!r}: the equation of motion is not finite: {value}.",
+                    f"axis {self.name!r}: the equation of motion is not finite: {value}. Correct "
+                    "the infinite or undefined term.",
                     code="equation",
                 )
             if value.has(sympy.I):
@@ -308,11 +316,11 @@ class Axis:
                     code="equation",
                 )
         declared = {p.symbol for p in self.parameters}
-        # Collect the symbols that occur, without constants and internal states.
+        # Collect the symbols that occur, except constants and internal states.
         values = [value for state in self.states for value in state.values]
         used = profile.free_symbols.union(*(v.free_symbols for v in (self.force, *values)))
         used -= {s for v in values for s in v.atoms(ConstantSymbol)}
-        used -= {each for state in self.states for each in (state.own, StateSymbol(state))}
+        used -= {symbol for state in self.states for symbol in (state.own, StateSymbol(state))}
         used -= self.force.atoms(ConstantSymbol) | profile.atoms(ConstantSymbol)
         allowed = declared | {q.symbol, q.velocity, q.acceleration}
         allowed |= {signal.symbol for signal in self.signals}
@@ -330,21 +338,21 @@ class Axis:
             (
                 unused,
                 f": the parameters {', '.join(unused)} are declared but do not appear in the "
-                "equation of motion. Use or remove them",
+                "equation of motion. Use or remove these parameters",
                 "axis",
             ),
-            (not declared, " has no parameter to identify. Declare one", ""),
+            (not declared, " has no parameter to identify. Declare a Parameter", ""),
             (
                 q.acceleration not in used,
                 f": the acceleration {q.acceleration} does not appear in the equation of motion. "
-                "Add an inertia",
+                "Add an inertia times the acceleration",
                 "axis",
             ),
             before=f"axis {self.name!r}",
         )
 
     def _check_signals(self) -> None:
-        """Refuse signals that are used but not declared, or named like another column."""
+        """Refuse signals that are used but not declared, or have the name of a role."""
         declared = {signal.symbol for signal in self.signals}
         unknown = {
             what: sorted(map(str, used - declared)) for what, used in self._used_signals.items()
@@ -354,7 +362,7 @@ class Axis:
             *(
                 (
                     signal.name in ROLES,
-                    f"the signal {signal.name!r} has the same name as the column of the "
+                    f"the signal {signal.name!r} has the name of another column, that of the "
                     f"{signal.name}. Rename the signal",
                 )
                 for signal in self.signals
@@ -363,7 +371,7 @@ class Axis:
                 (
                     names,
                     f"{what} has the signals {', '.join(names)}, which the axis does not declare. "
-                    "Declare them with signals=(...)",
+                    "Declare these signals with signals=(...)",
                 )
                 for what, names in unknown.items()
             ),
@@ -373,7 +381,10 @@ class Axis:
 
     @property
     def _used_signals(self) -> dict[str, frozenset[SignalSymbol]]:
-        """Return the recorded signals that occur in the equation of motion, drive and law."""
+        """Return the recorded signals in the equation of motion, the drive and the law.
+
+        The keys describe these three parts for messages.
+        """
         drive = self.drive
         return {
             "the equation of motion": signals_in(self.force),
@@ -397,39 +408,39 @@ class Axis:
         Raises
         ------
         ModelError
-            There is one.
+            There is such a signal.
         """
         used = frozenset().union(*self._used_signals.values())
         if unused := [signal.name for signal in self.signals if signal.symbol not in used]:
             raise ModelError(
                 f"axis {self.name!r}: the signals {', '.join(unused)} are declared but appear "
                 "neither in the equation of motion nor in the drive or the control law. Use or "
-                "remove them.",
+                "remove these signals.",
                 code="unused-signals",
             )
 
     def _check_columns(self) -> None:
-        """Refuse a title of several lines, a column of unknown role, or a wrong `injected_at`."""
+        """Refuse a title of several lines, a wrong column or role, or a wrong `injected_at`."""
         refuse(
             ModelError,
             (
                 not self.title.isprintable(),
-                f"the title {self.title!r} is not one line of text",
+                f"the title {self.title!r} is not one line of text. Give one line of text",
                 "axis",
             ),
             *(
                 (
                     role not in self.roles or not isinstance(column, str),
-                    f"column {role!r}: {column!r}. The roles are {', '.join(self.roles)}; give "
-                    "each the name of a column",
+                    f"columns has {column!r} for the role {role!r}. Give the name of a column for "
+                    f"each role that the log contains, out of {', '.join(self.roles)}",
                     "axis",
                 )
                 for role, column in self.columns.items()
             ),
             (
                 self.injected_at not in ("", *INJECTION_POINTS),
-                f"injected_at is {self.injected_at!r}. Give 'control' or 'reference', to which the "
-                "test signal is added",
+                f"injected_at is {self.injected_at!r}. Give the signal to which the test signal is "
+                "added: 'control' or 'reference'",
                 "test-signal",
             ),
             before=f"axis {self.name!r}: ",
@@ -448,10 +459,11 @@ class Axis:
             *(
                 (
                     name not in names[kind],
-                    f"{said} {name!r}. The {kind} are {', '.join(names[kind]) or 'none'}",
+                    f"{subject} {name!r}, which the axis does not declare. Use only the declared "
+                    f"{kind}: {', '.join(names[kind]) or 'none'}",
                 )
-                for said, used, kind in (
-                    ("'s truth has", self.experiment.truth, "parameters"),
+                for subject, used, kind in (
+                    ("'s truth has the parameter", self.experiment.truth, "parameters"),
                     (" has the signal", self.experiment.signals, "signals"),
                 )
                 for name in used
@@ -468,13 +480,17 @@ class Axis:
                 self.force, self.coordinate, self.parameters, (*self.signals, *self.states)
             )
             units = unit_table(self.coordinate, (*self.parameters, *self.signals))
-            for name, of in (
-                ("profile", "the force over its nominal value"),
+            for name, expected in (
+                ("profile", "the force divided by its nominal value"),
                 ("scaled_by", "the factor of the gain"),
             ):
                 value = getattr(self.drive, name)
                 check_unit(
-                    value, NUMBER, units, f"the drive's {name} {value}", f". Give {of}, a number"
+                    value,
+                    NUMBER,
+                    units,
+                    f"the drive's {name} {value}",
+                    f". Give {expected}, which has no unit",
                 )
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}", code="units") from error
@@ -490,10 +506,9 @@ def check_axis(axis: object) -> None:
 
 
 def equation_of_motion(axis: Axis) -> Formula:
-    """Return the equation of motion: force times profile = force needed.
+    """Return the equation of motion, ``tau profile = inverse dynamics``, as a formula.
 
-    The left side is the drive's nominal force times its profile, the right side the inverse
-    dynamics.
+    The left side is the drive's nominal force times its profile.
     """
     unit = str(axis.coordinate.force_unit)
     return Formula(name=FORCE * axis.drive.profile, value=axis.force, unit=unit)

@@ -17,7 +17,7 @@ _RATIO = re.compile(rf"\s*{_NUMBER.pattern}\s*(?:/\s*{_NUMBER.pattern}\s*)?")
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a log, for `Axis` and `read_record`; its text is what ``--columns`` takes.
+    """A column of a log, for `Axis` and `read_record`; ``str`` of it is valid for ``--columns``.
 
     Attributes
     ----------
@@ -31,15 +31,15 @@ class Column:
     offset : str
         Offset added after scaling, with its unit: ``"0.2deg"``, ``"-1.5mm"``.
     gear : float or str
-        Turns of the encoder per turn of the axis, by which the numbers are divided: ``50``,
-        ``"121/3"``; negative if the encoder turns in the opposite direction.
+        Turns of the encoder per turn of the axis: ``50``, ``"121/3"``; negative if the encoder
+        turns in the opposite direction. The numbers are divided by it.
     resolution : float or str
         Counts of the encoder per turn, or the size of one count: ``4096``, ``"0.5um"``.
 
     Raises
     ------
     ModelError
-        A value is of none of these kinds; its effect on a log is checked when the log is read.
+        A value has another type or form. Units are checked when a log is read.
 
     Examples
     --------
@@ -55,14 +55,17 @@ class Column:
     resolution: float | str = ""
 
     def __post_init__(self) -> None:
-        numbered = isinstance(self.name, int) and not isinstance(self.name, bool)
-        valid = int(self.name) > 0 if numbered else isinstance(self.name, str) and self.name
-        said = {what: getattr(self, what) for what in ("resolution", "scale", "offset")}
+        if isinstance(self.name, int) and not isinstance(self.name, bool):
+            is_valid = int(self.name) > 0
+        else:
+            is_valid = isinstance(self.name, str) and self.name != ""
+        quantities = {what: getattr(self, what) for what in ("resolution", "scale", "offset")}
         refuse(
             ModelError,
             (
-                not valid,
-                f"the name of a column is {quoted(self.name)}. Give a text, or its number from 1",
+                not is_valid,
+                f"the name of a column is {quoted(self.name)}. Give the name as text, or the "
+                "number of the column from 1",
             ),
             (
                 not isinstance(self.unit, str),
@@ -70,12 +73,13 @@ class Column:
             ),
             (
                 self.resolution != "" and self.unit,
-                f"the column {self.name!r} has the unit {self.unit!r} and a resolution, which "
-                "applies to counts. Omit one of them",
+                f"the column {self.name!r} has the unit {self.unit!r} and a resolution, but a "
+                "resolution applies to counts. Omit the unit or the resolution",
             ),
             (
                 not _RATIO.fullmatch(str(self.gear)),
-                f"the gear of a column is {quoted(self.gear)}. Give a number, or two as in 121/3",
+                f"the gear of a column is {quoted(self.gear)}. Give a number or a ratio, as in "
+                "121/3",
             ),
             *(
                 (
@@ -83,13 +87,13 @@ class Column:
                     f"the {what} of a column is {quoted(value)}. Give a number, or a quantity such "
                     "as 360deg/4096",
                 )
-                for what, value in said.items()
+                for what, value in quantities.items()
             ),
             code="axis",
         )
 
     def __str__(self) -> str:
-        """Return the column as ``--columns`` takes it: ``name:unit*scale/gear+offset``."""
+        """Return the column as text for ``--columns``: ``name:unit*scale/gear+offset``."""
         name = self.name if isinstance(self.name, str) else f"#{self.name}"
         resolution, gear, offset = (
             str(each).strip() for each in (self.resolution, self.gear, self.offset or "")
@@ -106,5 +110,5 @@ class Column:
 
 
 def column_texts(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the columns by role, each `Column` as text; texts stay as they are."""
+    """Return the columns by role, with each `Column` as text; other values stay unchanged."""
     return {role: str(each) if isinstance(each, Column) else each for role, each in columns.items()}

@@ -1,4 +1,4 @@
-"""From a command to the acting control: rate limit, quantisation, dead band, drive times."""
+"""Path from a command to the acting control: rate limit, quantisation, dead band, drive times."""
 
 import math
 from collections.abc import Mapping
@@ -9,13 +9,13 @@ from axisid.support.checks import refuse
 from axisid.support.errors import ModelError
 from axisid.support.wording import quoted
 
-#: Points at which a recorded control may have been taken, the default first.
+#: Points at which a control may be recorded, the default first.
 LOGGED = ("command", "applied", "current")
-#: Times of a drive, and for each the points of `LOGGED` behind it. A control that was recorded at
-#: one of these points does not show the time.
+#: Times of a drive, and for each time the points of `LOGGED` after it. A control that was recorded
+#: at one of these points does not show the time.
 HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
 _AMOUNTS = ("quantisation", "deadband")
-_LEAST_STEP = 1e-100  # of which any control is a finite number
+_LEAST_STEP = 1e-100  # a control divided by a smaller step may overflow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,10 +29,11 @@ class CommandPath:
     rate_limit : float
         Largest change per second, in the control's unit; infinite for none.
     quantisation : float
-        Step to a multiple of which the control is rounded, halves up; 0 for none.
+        Step, in the control's unit: the control is rounded to the nearest multiple, halves up. 0
+        for none.
     deadband : float
-        Half width, in the control's unit: a control within it becomes 0, and a larger one is moved
-        by this width towards 0.
+        Half width, in the control's unit: a control up to this size becomes 0, and a larger control
+        is reduced by this width. 0 for none.
     """
 
     rate_limit: float = math.inf
@@ -51,7 +52,7 @@ class CommandPath:
             (
                 not self.rate_limit > 0,
                 f"rate_limit is {given['rate_limit']}. Give a positive number, in the control's "
-                "unit per second, or omit it",
+                "unit per second, or omit rate_limit",
             ),
             *(
                 (
@@ -76,7 +77,7 @@ class CommandPath:
 
     @property
     def declared(self) -> dict[str, float]:
-        """Return the declared settings, by name."""
+        """Return the settings that change a command, by name."""
         return {name: x for name, x in asdict(self).items() if x not in (0.0, math.inf)}
 
     @property
@@ -85,24 +86,26 @@ class CommandPath:
         return math.isfinite(self.rate_limit)
 
     def end(self, command: float) -> float:
-        """Return the acting control that a constant command leads to, in the control's unit."""
+        """Return the steady acting control of a constant command, in the control's unit."""
         if self.quantisation:
             command = math.floor(command / self.quantisation + 0.5) * self.quantisation
         return math.copysign(max(abs(command) - self.deadband, 0.0), command)
 
     def command(self, acting: float) -> float:
-        """Return a command that leads to a given acting control, ignoring quantisation."""
-        return acting + math.copysign(self.deadband, acting) if acting else 0.0
+        """Return a constant command with a given steady acting control, without quantisation."""
+        if acting == 0:
+            return 0.0
+        return acting + math.copysign(self.deadband, acting)
 
     def text(self, unit: str) -> str:
-        """Return a description of the changes to a command, in order; empty if there are none."""
+        """Return a clause on the changes to a command, in order; empty if there are none."""
         steps = (
             (self.is_limited, f"changes by at most {self.rate_limit:g} {unit}/s"),
             (self.quantisation, f"is rounded to steps of {self.quantisation:g} {unit}"),
-            (self.deadband, f"makes no force within {self.deadband:g} {unit} of 0"),
+            (self.deadband, f"produces no force within {self.deadband:g} {unit} of 0"),
         )
-        said = [step for is_there, step in steps if is_there]
-        return f"the command {', '.join(said)}" if said else ""
+        active = [step for is_active, step in steps if is_active]
+        return f"the command {', '.join(active)}" if active else ""
 
 
 def estimated_time(
@@ -110,23 +113,23 @@ def estimated_time(
 ) -> tuple[str, Parameter] | None:
     """Return the name of the drive time to be estimated (``lag`` or ``delay``) and its parameter.
 
-    None if neither is to be estimated.
+    It is None if neither is to be estimated.
 
     Parameters
     ----------
     given : mapping
-        Lag and delay, as numbers or parameters.
+        Lag and delay by name, as numbers or parameters.
     before : (str, Parameter) or None
-        Estimated time of the drive from which this drive is made; None without one. A parameter in
-        `given` takes precedence.
+        Time to be estimated of the drive from which this drive is made by `replace`; None if that
+        drive has none. A parameter in `given` takes precedence.
     logged : str
         Point at which the control was recorded, one of `LOGGED`.
 
     Raises
     ------
     ModelError
-        Both are parameters, or the parameter has a property that the search does not support, or
-        the recorded signals do not show it.
+        Both times are parameters, or the parameter has a property that the search does not support,
+        or the recorded control does not show the time.
     """
     found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
     if len(found) > 1:
@@ -136,15 +139,15 @@ def estimated_time(
             "the hold shift the force equally. Give the lag or the delay as a number.",
             code="drive",
         )
-    one = next(iter(found.items()), before)
-    if one is None:
+    estimated = next(iter(found.items()), before)
+    if estimated is None:
         return None
-    name, p = one
-    bounded = p.lower not in (0.0, -math.inf) or p.upper != math.inf
+    name, p = estimated
+    is_bounded = p.lower not in (0.0, -math.inf) or p.upper != math.inf
     refuse(
         ModelError,
         (
-            p.unit != "s" or p.nominal < 0 or p.known is not None or bounded,
+            p.unit != "s" or p.nominal < 0 or p.known is not None or is_bounded,
             f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}, which "
             "cannot be estimated. Give a parameter in s, with a nominal value of 0 or more, "
             f"without a known value and without a bound except 0. Give a known {name} as a number, "
@@ -152,9 +155,9 @@ def estimated_time(
         ),
         (
             logged in HIDDEN_FROM[name],
-            f"the drive's {name} cannot be estimated, because the control was recorded after it "
-            f"(logged={logged!r}). Give the {name} as a number",
+            f"the drive's {name} cannot be estimated, because the control was recorded after the "
+            f"{name} (logged={logged!r}). Give the {name} as a number",
         ),
         code="drive",
     )
-    return one
+    return estimated

@@ -1,8 +1,9 @@
 """Control laws, sampled or continuous.
 
-A drive samples: once a period the law reads the reference and the measured position and holds its
-control until the next sample. The values that it remembers between samples (for a velocity filter,
-an integral) are declared as `Memory`. Ready laws are made of these (`ready_laws`).
+A drive samples: once per period the law reads the reference and the measured position, and holds
+its control until the next sample. The values that the law stores between samples (for a velocity
+filter, an integral) are declared as `Memory`. The ready-made laws use the same classes
+(`ready_laws`).
 """
 
 from collections.abc import Mapping, Set
@@ -46,23 +47,24 @@ REFERENCES_BETWEEN = ("spline", "linear", "held")
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """A number that the law keeps from one sample to the next.
+    """A number that the law stores from one sample to the next.
 
     Attributes
     ----------
     name : str
-        Its symbol in the law.
+        Symbol of the stored value in the law.
     following : sympy.Expr
-        Its value at the next sample, from the variables of the output, from `UNLIMITED_OUTPUT`, the
-        output itself, and from `LIMITED_OUTPUT`, the output within the drive's limit: an integral
-        that stops where the drive is saturated. Use the symbol of the output and not its
-        expression: the two symbols are equal to the last bit where the limit is not reached.
+        Value at the next sample, a function of the variables of `ControlLaw.output`, of
+        `UNLIMITED_OUTPUT`, the output itself, and of `LIMITED_OUTPUT`, the output clipped at the
+        drive's limit, such as for an integral that stops where the drive is saturated. Use these
+        two symbols and not the expression of the output: they are equal to the last bit where the
+        limit is not reached.
     start : sympy.Expr
-        Its value at the first sample, from `MEASURED_POSITION`, `REFERENCE`, numbers or constants:
-        the axis at rest. `BALANCED`, for an integral or another memory that holds a load, is the
-        value with which the law's output holds the axis there; if there are several such values,
-        the least. The loop of a record begins with the values that give its first controls,
-        whatever is declared here.
+        Value at the first sample, with the axis at rest: a function of `MEASURED_POSITION`,
+        `REFERENCE`, numbers and constants. `BALANCED`, for an integral or another memory that
+        compensates a load, is the value with which the law's output holds the axis at rest; the
+        smallest if there are several such values. The loop of a record starts instead with the
+        values that give the first controls of the record.
     """
 
     name: str
@@ -85,39 +87,40 @@ class Memory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlLaw:
-    """A difference equation from reference and measured motion to the control.
+    """Difference equation from the reference and the measured motion to the control.
 
     Attributes
     ----------
     name : str
-        For tables and manifests.
+        Name for tables and manifests.
     period : float
         Sampling period, s.
     output : sympy.Expr
-        The control in the drive's unit, from `REFERENCE`, `MEASURED_POSITION`,
+        The control in the drive's unit, a function of `REFERENCE`, `MEASURED_POSITION`,
         `MEASURED_VELOCITY`, `PERIOD`, the gains, the memory, constants (`Constant`) and recorded
-        signals (`Signal`): a feed-forward, a velocity that was commanded.
+        signals (`Signal`), such as a feed-forward or a commanded velocity.
     gains : mapping of str to float
-        Known constants by symbol name, SI.
+        Known constants of the law by symbol name, SI.
     memory : tuple of Memory
-        Values that are kept between samples.
+        Values that are stored between samples.
     delay : int
         Whole samples between computing a control and applying it.
     reference_between : str
-        Course of the reference between the samples of a log that is slower than the law: smoothly
-        (``spline``), straight (``linear``) or ``held``. If given, it also states that the law has
-        its own clock: a log with another period is then no mistake, and needs no confirmation.
-        Empty means ``spline``: a reference that is straight between samples lags while it
+        Course of the reference between the samples of a log that is slower than the law:
+        ``spline`` (smooth), ``linear`` (straight) or ``held``. If given, it also states that the
+        law has its own clock: a log with another period is then accepted without confirmation.
+        Empty means ``spline``. A reference that is straight between samples lags while it
         accelerates, by a twelfth of the acceleration times the squared period, which biases the
         inertia.
     continuous : bool
-        Evaluate the law inside the plant's derivative, the reference running straight from sample
-        to sample, instead of holding its output: an analogue controller, or equations (6) and (7)
-        of the paper as written. It has no memory, no delay and no period in it. It should be smooth
-        within a sample: an edge of saturation reduces accuracy there, and for an axis that sticks
-        it is checked at the sample's end whether it has left rest.
+        Evaluate the law continuously, instead of holding its output between samples; the reference
+        is straight between samples. For an analogue controller, or equations (6) and (7) of the
+        paper as written. Such a law has no memory and no delay, and its output does not contain
+        the period. It should be smooth within a sample, because the start of saturation within a
+        sample reduces accuracy. For an axis that sticks, breakaway is checked at the end of each
+        sample.
     positive : tuple of str
-        Gains that remain above 0 when they change: times, limits, divisors.
+        Gains that must stay above 0 when gains are changed: times, limits, divisors.
     """
 
     name: str
@@ -136,7 +139,7 @@ class ControlLaw:
             self,
             period=number(self.period, f"{self.name!r}: the period"),
             gains=FrozenMapping(gains),
-            memory=listed(self.memory, Memory, f"control law {self.name!r}: the memory has"),
+            memory=listed(self.memory, Memory, f"control law {self.name!r}: the memory contains"),
             output=expression(self.output, "the control law's output"),
             positive=several(self.positive),
         )
@@ -144,36 +147,43 @@ class ControlLaw:
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
         refuse(
             ModelError,
-            (not self.period > 0, f": period {self.period!r} is not positive", ""),
+            (
+                not self.period > 0,
+                f": the period is {self.period!r} s, not positive. Give a positive period",
+                "",
+            ),
             *(
                 (
                     not (is_among(name, self.gains) and self.gains[name] > 0),
-                    f": the gain {quoted(name)}, which must be positive, is "
-                    f"{self.gains[name] if is_among(name, self.gains) else 'not declared'}. Give a "
-                    "number above 0",
+                    f": the gain {quoted(name)} is "
+                    f"{self.gains[name] if is_among(name, self.gains) else 'not declared'}, but it "
+                    "must be positive. Give a number above 0",
                 )
                 for name in self.positive
             ),
             (
                 not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY),
-                f": delay {quoted(self.delay)}. Give whole samples, 0 to {LONGEST_DELAY}",
+                f": the delay is {quoted(self.delay)}. Give a whole number of samples from 0 to "
+                f"{LONGEST_DELAY}",
             ),
             (
                 self.reference_between not in ("", *REFERENCES_BETWEEN),
                 f": reference_between is {quoted(self.reference_between)}. Give "
-                f"{', '.join(REFERENCES_BETWEEN[:-1])} or {REFERENCES_BETWEEN[-1]}, or omit it",
+                f"{', '.join(REFERENCES_BETWEEN[:-1])} or {REFERENCES_BETWEEN[-1]}, or omit "
+                "reference_between",
             ),
             (
                 self.continuous
                 and (self.memory or self.delay or PERIOD in self.output.free_symbols),
                 " is continuous but contains a memory, a delay or the period, which only a "
-                "sampled law can have. Omit them, or omit continuous=True",
+                "sampled law can have. Omit memory, delay and period, or omit continuous=True",
             ),
             *(
                 (
                     memory.start != BALANCED and memory.start.has(BALANCED),
-                    f": memory {memory.name!r} starts at {memory.start}. A start value that "
-                    "balances the law cannot be part of an expression. Give it alone",
+                    f": memory {memory.name!r} starts at {memory.start}, which contains "
+                    f"{BALANCED} and other terms. Give {BALANCED} alone, or an expression without "
+                    f"{BALANCED}",
                 )
                 for memory in self.memory
             ),
@@ -188,7 +198,7 @@ class ControlLaw:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the gains, of the memory and of the delay line."""
+        """Return the names of the gains, of the memories and of the delay line."""
         return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
 
     @property
@@ -204,22 +214,26 @@ class ControlLaw:
 
     @property
     def balanced(self) -> tuple[int, ...]:
-        """Return the indices of the memories that start at the value that balances the load."""
+        """Return the indices of the memories whose start value is `BALANCED`."""
         return tuple(i for i, memory in enumerate(self.memory) if memory.start == BALANCED)
 
     @property
     def delay_line(self) -> tuple[str, ...]:
-        """Return the names of the controls that are computed but not applied yet, newest first."""
+        """Return the names of the controls computed but not applied yet, the newest first."""
         return tuple(f"delayed{i + 1}" for i in range(self.delay))
 
     @property
     def is_polynomial(self) -> bool:
-        """Return whether the control is a sum of terms: a product of gains times a signal."""
+        """Return whether the control is a sum of signals, each times a product of gains.
+
+        This is False if a memory depends on a gain or on the output, because such a memory is no
+        signal that is independent of the gains.
+        """
         gains = {gain(name) for name in self.gains}
-        remembered = any(  # what it remembers depends on them: no product of gains scales it
+        depends_on_gains = any(
             memory.following.free_symbols & (gains | _OUTPUTS) for memory in self.memory
         )
-        return not remembered and self.terms != ((sympy.S.One, self.output),)
+        return not depends_on_gains and self.terms != ((sympy.S.One, self.output),)
 
     @property
     def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
@@ -228,7 +242,7 @@ class ControlLaw:
         A law that is not a polynomial in its gains is a single term with the factor 1.
         """
         gains = tuple(gain(name) for name in self.gains)
-        factors: dict[sympy.Expr, None] = {}  # in their order
+        factors: dict[sympy.Expr, None] = {}  # products of gains, in the order of the terms
         for term in sympy.Add.make_args(multiplied_out(self.output)):
             signal, factor = term.as_independent(*gains, as_Add=False)
             if signal.free_symbols & set(gains) or not factor.is_polynomial(*gains):
@@ -241,15 +255,15 @@ class ControlLaw:
         unknown = sorted(map(str, value.free_symbols - value.atoms(ConstantSymbol) - allowed))
         if unknown:
             raise ModelError(
-                f"control law {self.name!r}: its {what} has the unknown symbols "
-                f"{', '.join(unknown)}. It may use {', '.join(sorted(map(str, allowed)))}."
+                f"control law {self.name!r}: the {what} has the unknown symbols "
+                f"{', '.join(unknown)}. Use only {', '.join(sorted(map(str, allowed)))}."
             )
 
 
 def no_law(period: float) -> ControlLaw:
-    """Return a sampled law whose output is 0, so that only a signal added to it moves the axis.
+    """Return a sampled law whose output is 0; only a test signal added to it moves the axis.
 
-    It has no gains, so that its names cannot collide with those of the axis.
+    The law has no gains, so its names cannot collide with those of the axis.
 
     Parameters
     ----------
@@ -267,7 +281,17 @@ def gain(name: str) -> sympy.Symbol:
 def _signal(output: sympy.Expr, factor: sympy.Expr, gains: tuple[sympy.Symbol, ...]) -> sympy.Expr:
     """Return the signal that a product of gains multiplies in an output.
 
-    It is found by derivatives with respect to the gains, because expanding loses digits.
+    The signal is computed by derivatives with respect to the gains, because expanding the output
+    would lose digits.
+
+    Parameters
+    ----------
+    output : sympy.Expr
+        Output of the law, a polynomial in the gains.
+    factor : sympy.Expr
+        Product of gains.
+    gains : tuple of sympy.Symbol
+        All gains of the law.
     """
     powers = factor.as_powers_dict()
     for symbol in gains:

@@ -1,8 +1,8 @@
 """Blocks of control laws: filters, derivatives and limits, each a value with its memory.
 
 The memories of a block have names that begin with the given name, so that a law may contain several
-blocks of a kind. A number in a block is a plain number or an expression, such as a gain of the law,
-`gain("cutoff")`, which the law check can then name.
+blocks of the same kind. A number in a block may be a plain number or an expression, such as a gain
+of the law, `gain("cutoff")`. The check of the control law can name a gain, but not a plain number.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -28,34 +28,54 @@ from .control import Memory
 
 
 def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
-    """Return an amount as an expression; a number must be 0 or more, or positive.
+    """Return an amount as an expression; refuse a number that is out of range.
+
+    Parameters
+    ----------
+    value : Amount
+        A number or an expression.
+    what : str
+        Description of the amount, for messages.
+    positive : bool
+        Whether a number must be above 0; otherwise it may also be 0.
 
     Raises
     ------
     ModelError
-        It is neither a number nor an expression, or out of range.
+        The amount is neither a number nor an expression, or is out of range.
     """
     found = _finite(value, what)
-    if found.is_Number and not (found > 0 if positive else found >= 0):
-        said = "a positive number" if positive else "0 or more"
-        raise ModelError(f"{what} is {quoted(value)}. Give {said}.", code="law")
+    if not found.is_Number:
+        return found
+    is_allowed = found > 0 if positive else found >= 0
+    if not is_allowed:
+        expected = "a positive number" if positive else "a number of 0 or more"
+        raise ModelError(f"{what} is {quoted(value)}. Give {expected}.", code="law")
     return found
 
 
 def in_range(value: float, what: str, *, positive: bool = False) -> float:
-    """Return a number that is 0 or more, or positive, as a float; others are refused."""
+    """Return a number as a float; refuse a number that is out of range, as in `amount`."""
     found = number(value, what)
     amount(found, what, positive=positive)
     return found
 
 
 def chosen(value: str, what: str, among: Collection[str]) -> str:
-    """Return a word that is one of a list.
+    """Return a word that is among permitted words; refuse another word.
+
+    Parameters
+    ----------
+    value : str
+    what : str
+        Description of the word, for messages.
+    among : collection of str
+        Permitted words.
 
     Raises
     ------
     ModelError
-        The word is not in the list.
+        The word is not permitted.
     """
     if not is_among(value, among):
         raise ModelError(f"{what} is {quoted(value)}. Give one of {', '.join(among)}.", code="law")
@@ -63,7 +83,7 @@ def chosen(value: str, what: str, among: Collection[str]) -> str:
 
 
 def added(signal: Amount | None) -> sympy.Expr:
-    """Return the feed-forward term that is added to a control; 0 if none is given."""
+    """Return the feed-forward term of a control as an expression; 0 for None."""
     return sympy.S.Zero if signal is None else _finite(signal, "the feed-forward of a law")
 
 
@@ -91,9 +111,9 @@ class Block:
     Attributes
     ----------
     value : sympy.Expr
-        Its value at a sample, for the output of a law or for another block.
+        Value of the block at a sample, for the output of a law or for another block.
     memory : tuple of Memory
-        Values that it keeps between samples; they belong to `ControlLaw.memory`.
+        Values that the block stores between samples; add them to `ControlLaw.memory`.
     """
 
     value: sympy.Expr
@@ -107,7 +127,7 @@ def difference(signal: Amount, *, name: str = "last", start: Amount = 0.0) -> Bl
     ----------
     signal : expression
     name : str
-        Name of its memory, the signal at the last sample.
+        Name of the block's memory, the signal at the previous sample.
     start : expression
         The signal before the first sample.
     """
@@ -119,7 +139,7 @@ def difference(signal: Amount, *, name: str = "last", start: Amount = 0.0) -> Bl
 def low_pass(
     signal: Amount, *, time_constant: Amount, name: str = "smooth", start: Amount = 0.0
 ) -> Block:
-    """Return a first-order low-pass as drives compute it, by an implicit step.
+    """Return a first-order low-pass as drives compute it, by the implicit Euler method.
 
     ``y[k] = y[k-1] + T / (T + Tf) (x[k] - y[k-1])``, a cut-off of ``1 / (2 pi Tf)`` Hz.
 
@@ -127,11 +147,11 @@ def low_pass(
     ----------
     signal : expression
     time_constant : expression
-        Tf, s; 0 filters nothing.
+        Tf, s; 0 for no filter.
     name : str
-        Name of its memory, its last value.
+        Name of the block's memory, the filtered signal at the previous sample.
     start : expression
-        Its value before the first sample.
+        The filtered signal before the first sample.
 
     References
     ----------
@@ -151,11 +171,11 @@ def notch(
     name: str = "notch",
     start: Amount = 0.0,
 ) -> Block:
-    """Return a second-order band-stop, which removes a resonance from a torque.
+    """Return a second-order band-stop filter, which removes a resonance from a torque.
 
     ``(1 + b) y[k] = x[k] - 2 c x[k-1] + x[k-2] + 2 c y[k-1] - (1 - b) y[k-2]`` with
-    ``c = cos(2 pi f T)`` and ``b = tan(pi f T / Q)``: nothing passes at f, half the power at the
-    edges of a band that is ``f / Q`` wide, all at rest.
+    ``c = cos(2 pi f T)`` and ``b = tan(pi f T / Q)``. The gain is 0 at f and 1 for a constant
+    signal; half the power passes at the edges of a band of width ``f / Q``.
 
     Parameters
     ----------
@@ -165,9 +185,10 @@ def notch(
     quality : expression
         Q: the frequency over the width of the band.
     name : str
-        Its memories have this name with ``_in1``, ``_in2``, ``_out1``, ``_out2`` appended.
+        Beginning of the names of the block's memories, which end in ``_in1``, ``_in2``, ``_out1``
+        and ``_out2``.
     start : expression
-        The signal before the first sample, at rest.
+        The constant signal before the first sample.
 
     References
     ----------
@@ -196,21 +217,23 @@ def pll_velocity(*, bandwidth: Amount, name: str = "pll") -> Block:
     bandwidth : expression
         b, rad/s; the loop is stable with ``b T`` below 0.828.
     name : str
-        Its memories have this name with ``_position`` and ``_velocity`` appended.
+        Beginning of the names of the block's memories, which end in ``_position`` and
+        ``_velocity``.
 
     References
     ----------
-    `Encoder::update` of [ODrive2023]_, whose ``bandwidth`` b is, 1000 rad/s by default.
+    `Encoder::update` of [ODrive2023]_; b is its ``bandwidth``, 1000 rad/s by default.
     """
     b = amount(bandwidth, "the bandwidth of a phase-locked loop")
     position, velocity = (
         sympy.Symbol(f"{name}_{what}", real=True) for what in ("position", "velocity")
     )
     predicted = position + PERIOD * velocity
-    off = MEASURED_POSITION - predicted
-    corrected = velocity + PERIOD * b**2 * off
+    error = MEASURED_POSITION - predicted
+    corrected = velocity + PERIOD * b**2 * error
+    corrected_position = predicted + PERIOD * 2 * b * error
     memory = (
-        Memory(position.name, following=predicted + PERIOD * 2 * b * off, start=MEASURED_POSITION),
+        Memory(position.name, following=corrected_position, start=MEASURED_POSITION),
         Memory(velocity.name, following=corrected, start=sympy.S.Zero),
     )
     return Block(corrected, memory)
@@ -225,28 +248,28 @@ def rate_limit(signal: Amount, *, rate: Amount, name: str = "ramp", start: Amoun
     ----------
     signal : expression
     rate : expression
-        r, in the signal's unit a second.
+        r, in the signal's unit per second.
     name : str
-        Name of its memory, its last value.
+        Name of the block's memory, the limited signal at the previous sample.
     start : expression
-        Its value before the first sample.
+        The limited signal before the first sample.
     """
     value = _signal(signal)
-    most = PERIOD * amount(rate, "the rate of a rate limit", positive=True)
+    largest_step = PERIOD * amount(rate, "the rate of a rate limit", positive=True)
     last = sympy.Symbol(str(name), real=True)
-    ramp = last + within(value - last, most)
+    ramp = last + within(value - last, largest_step)
     return Block(ramp, (Memory(name, following=ramp, start=_start(start)),))
 
 
 def reference_velocity(name: str = "reference1") -> Block:
-    """Return the velocity of the reference by its difference, ``(r[k] - r[k-1]) / T``."""
+    """Return the velocity of the reference as a difference, ``(r[k] - r[k-1]) / T``."""
     return difference(REFERENCE, name=name, start=REFERENCE)
 
 
 def reference_acceleration(names: tuple[str, str] = ("reference1", "reference2")) -> Block:
     """Return the acceleration of the reference, ``(r[k] - 2 r[k-1] + r[k-2]) / T^2``.
 
-    Its first memory is that of `reference_velocity`, which a law may contain too.
+    The first memory is the same as that of `reference_velocity`, which a law may contain too.
     """
     first = Memory(names[0], following=REFERENCE, start=REFERENCE)
     second = Memory(names[1], following=first.symbol, start=REFERENCE)
@@ -254,14 +277,16 @@ def reference_acceleration(names: tuple[str, str] = ("reference1", "reference2")
 
 
 def _signal(signal: Amount) -> sympy.Expr:
+    """Return the signal of a block as an expression."""
     return expression(signal, "the signal of a block")
 
 
 def _start(start: Amount) -> sympy.Expr:
+    """Return the start value of a block as an expression."""
     return expression(start, "the start of a block")
 
 
-#: The blocks that ship, by their names in TOML declarations.
+#: The ready-made blocks, by their names in TOML declarations.
 BLOCKS: Mapping[str, Callable[..., Block]] = MappingProxyType(
     {
         block.__name__: block

@@ -1,4 +1,4 @@
-"""The drive, which turns a control signal into force."""
+"""The drive, which converts a control signal to force."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -36,11 +36,11 @@ from .command_path import (
     estimated_time,
 )
 
-#: Symbol of the gain in the force of a drive, in place of its number, whose reciprocal is rounded.
+#: Symbol of the gain in the force of a drive. The number would be rounded in its reciprocal.
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
 #: Force towards which the force of a drive with a lag moves, in generated code.
 FORCE_TARGET = "force_target"
-_WHOLE = 1e-6  # of a sample: difference of a delay from whole samples that counts as rounding
+_WHOLE = 1e-6  # samples: difference of a delay from whole samples that counts as rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +54,7 @@ class Response:
     whole : int
         Whole samples of the delay.
     share : float
-        Remaining fraction of a sample in the delay: from 0 to below 1.
+        Remaining fraction of a sample of the delay, from 0 to below 1.
     period : float
         Time for which a command is held, s.
     steepest : float
@@ -91,9 +91,9 @@ class Response:
 
     @property
     def late(self) -> int:
-        """Return the number of samples after which a command acts throughout, ignoring a lag.
+        """Return the number of samples after which a command acts for a whole sample.
 
-        A fraction of a sample counts as a whole one.
+        It is the delay in samples, rounded up. A lag is ignored.
         """
         return self.whole + (self.share > 0)
 
@@ -103,15 +103,17 @@ class Response:
 
         These are the control that acted last, if its rate is limited, and `forces`.
         """
-        return (*("control_before",) * math.isfinite(self.steepest), *self.forces)
+        if math.isfinite(self.steepest):
+            return ("control_before", *self.forces)
+        return self.forces
 
     @property
     def forces(self) -> tuple[str, ...]:
         """Return the names of the forces in the drive's state from sample to sample.
 
-        First come the forces of the last commands, those that wait or still act, the newest first.
-        If the control is held while the force depends on the motion, these are the commands
-        themselves. The force that acts now comes last, if it is stored (see `keeps_force`).
+        First come the forces of the last commands that do not act yet or still act, the newest
+        first. If the control is held while the force depends on the motion, these are the commands
+        themselves. Last comes the force that acts now, if it is stored (see `keeps_force`).
         """
         count = self.whole + (not self.is_held)
         what = "command" if self.holds_control else "force_of_command"
@@ -121,10 +123,10 @@ class Response:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
-    """A drive: ``tau = gain * control``, the control clipped at `limit`.
+    """A drive: ``tau = gain * control``, with the control clipped at `limit`.
 
-    A drive with another force is a separate class with its own `force` and `inverse`, and with its
-    own `force_by_gain` if its gain is another symbol than `DRIVE_GAIN`.
+    A drive with another force is a subclass that overrides `force` and `inverse`, and also
+    `force_by_gain` if its gain is another symbol than `DRIVE_GAIN`.
 
     Attributes
     ----------
@@ -138,46 +140,47 @@ class Drive:
         Standard deviation of the gain divided by the gain, 0.005 for 0.5 %. Its contribution to the
         estimates is shown separately from their statistical uncertainty.
     profile : expression
-        The force at a position divided by its nominal value `tau`, from the coordinate and
-        constants: a motor whose force constant depends on the position. It divides the force
-        balance, so that `tau`, and a force column of a record, are nominal; the inertia that `tau`
-        sees then depends on the position, and there is no direct regressor.
+        The force at a position divided by its nominal value `tau`, a function of the coordinate and
+        constants, for a motor whose force constant depends on the position. `tau`, and a force
+        column of a record, are nominal. The force balance is divided by the profile; the inertia
+        relative to `tau` then depends on the position, and there is no direct regressor.
     scaled_by : expression
-        Factor of the gain, from recorded signals and constants: ``supply / 24`` for an amplifier
-        without its own regulated supply. The force of a sampled law keeps the factor of its last
+        Factor of the gain, a function of recorded signals and constants: ``supply / 24`` for an
+        amplifier without a regulated supply. With a sampled law, the factor is held from sample to
         sample.
     lag : float or Parameter
-        Time constant of the first-order lag between the command and the force, s, as a current loop
-        has: ``lag * dtau/dt = force of the command - tau``. 0 for none. A parameter, in s, without
-        bounds and known value, is estimated from the record; until then its nominal value is used.
+        Time constant of the first-order lag between the command and the force, s, such as of a
+        current loop: ``lag * dtau/dt = force of the command - tau``. 0 for none. A parameter, in s,
+        without bounds and known value, is estimated from the record; until then its nominal value
+        is used.
     delay : float or Parameter
-        Time from the command to when it acts, before the lag, s, such as that of a bus or of the
-        drive's cycle. It need not be whole samples; 0 for none. It can be estimated like a lag, but
-        only one of the two.
+        Dead time from the command until it acts, before the lag, s, such as of a bus or of the
+        drive's cycle; not necessarily whole samples. 0 for none. Either the lag or the delay can be
+        estimated.
     logged : str
-        Point at which the recorded control was taken: ``command``, the output of the law;
-        ``applied``, the control after the delay, or ``current``, the control after the lag. The
-        last two are after rate limit, quantisation and dead band, too.
+        Point at which the control was recorded: ``command``, the output of the law; ``applied``,
+        the control after the delay; or ``current``, the control after the lag. The last two are
+        also after rate limit, quantisation and dead band.
     rate_limit : float
-        Largest change of the acting control, in `unit` per second: at each sample it moves towards
-        the command by at most this times the law's period. Infinite for none.
+        Largest rate of change of the acting control, in `unit` per second: at each sample the
+        acting control moves towards the command by at most this rate times the law's period.
+        Infinite for none.
     quantisation : float
-        Step of the control, in `unit`, as of a converter or a pulse width: the control is rounded
-        to the nearest multiple, halves up. 0 for none.
+        Step of the control, in `unit`, such as of a converter or a pulse width: the control is
+        rounded to the nearest multiple, halves up. 0 for none.
     deadband : float
-        Half width, in `unit`: a control that is not larger makes no force, and the force of a
-        larger one is that of the control minus the dead band, as in a valve with overlap. 0 for
-        none.
+        Half width of the dead band, in `unit`: a control up to this size produces no force. A
+        larger control is reduced by the dead band, as in a valve with overlap. 0 for none.
     estimated : (str, Parameter) or None
-        Time that is estimated, ``lag`` or ``delay``, and its declared parameter; follows from the
-        values of the two.
+        Name of the time to be estimated, ``lag`` or ``delay``, and its parameter; None if neither
+        is estimated. It follows from the values of `lag` and `delay`: do not give it.
 
     Notes
     -----
     A command passes the limit, the rate limit, the quantisation, the dead band, the delay, the gain
-    and the lag, in this order; all except the lag act sample by sample, so that the delay could
-    also come before the others. The limit is that of the command. All apply to the held commands of
-    a sampled law: the force between two samples is then known exactly, from exponentials.
+    and the lag, in this order. All except the lag act sample by sample, so the position of the
+    delay among them does not matter. All apply to the held commands of a sampled law: the force
+    between two samples is then known exactly, from exponentials.
 
     References
     ----------
@@ -190,7 +193,7 @@ class Drive:
     relative_sd: float = 0.0
     profile: sympy.Expr = sympy.S.One
     scaled_by: sympy.Expr = sympy.S.One
-    # When read they are numbers, whatever type they were given as.
+    # Given as numbers or parameters, stored as numbers.
     lag: float | Any = 0.0
     delay: float | Any = 0.0
     logged: str = LOGGED[0]
@@ -200,9 +203,10 @@ class Drive:
     estimated: tuple[str, Parameter] | None = None
 
     def __post_init__(self) -> None:
+        # Store a time to be estimated, and its nominal value in place of a parameter.
         given = {name: getattr(self, name) for name in HIDDEN_FROM}
         found = estimated_time(given, self.estimated, self.logged)
-        if found is not None:  # the nominal value of a parameter is used for it
+        if found is not None:
             name, parameter = found
             changed = {name: parameter.nominal} if isinstance(given[name], Parameter) else {}
             settle(self, estimated=found, **changed)
@@ -220,7 +224,7 @@ class Drive:
             **asdict(path),
         )
         missing = signals_in(self.scaled_by) - signals_in(self.force)
-        hides = "quantisation" if self.quantisation > self.limit else "deadband"
+        too_large = "quantisation" if self.quantisation > self.limit else "deadband"
         refuse(
             ModelError,
             (
@@ -254,9 +258,9 @@ class Drive:
             ),
             (
                 math.isfinite(self.limit) and not path.end(self.limit) > 0,
-                f"the drive's {hides} is {getattr(path, hides):g} and its limit {self.limit:g}, so "
-                f"no command produces a force. Give a {hides} below the limit, both in the "
-                "control's unit",
+                f"the drive's {too_large} is {getattr(path, too_large):g} and its limit is "
+                f"{self.limit:g}, so no command produces a force. Give a {too_large} below the "
+                "limit, both in the control's unit",
             ),
             (
                 self.logged not in LOGGED,
@@ -266,8 +270,8 @@ class Drive:
             (
                 self.logged == "applied" and not self.delay and path.is_plain,
                 "logged='applied' is the control after the drive's delay, rate limit, quantisation "
-                "and dead band, but none of them is declared. Declare delay=... or another of "
-                "them, or declare logged='command'",
+                "and dead band, but the drive declares none of these. Declare delay=..., "
+                "rate_limit=..., quantisation=... or deadband=..., or declare logged='command'",
             ),
             (
                 self.logged == "current" and not self.lag,
@@ -279,7 +283,7 @@ class Drive:
 
     @property
     def force(self) -> sympy.Expr:
-        """Force by the control, `CONTROL`, and by the constants of the drive."""
+        """Force as a function of the control, `CONTROL`, and of the constants of the drive."""
         return DRIVE_GAIN * CONTROL * with_numbers(self.scaled_by)
 
     @property
@@ -295,8 +299,9 @@ class Drive:
     @property
     def is_times_gain(self) -> bool:
         """Return whether the force is proportional to the gain."""
-        off = (self.force_by_gain - self.force).replace(sympy.Abs, lambda x: x * sympy.sign(x))
-        return bool(multiplied_out(off) == 0)
+        difference = self.force_by_gain - self.force
+        difference = difference.replace(sympy.Abs, lambda x: x * sympy.sign(x))
+        return bool(multiplied_out(difference) == 0)
 
     @property
     def inverse(self) -> sympy.Expr:
@@ -309,13 +314,14 @@ class Drive:
         return {DRIVE_GAIN: self.gain}
 
     def with_time(self, name: str, value: float) -> "Drive":
-        """Return the drive with a given lag or delay, s, which is then no longer estimated.
+        """Return the drive with a given lag or delay, in which no time is to be estimated.
 
         Parameters
         ----------
         name : str
             ``lag`` or ``delay``.
         value : float
+            The time, s.
         """
         changed: dict[str, Any] = {name: value, "estimated": None}
         return replace(self, **changed)
@@ -323,7 +329,7 @@ class Drive:
     def estimating(self, name: str) -> "Drive":
         """Return the drive with its lag or delay as a parameter to be estimated.
 
-        The search starts at the declared value.
+        The nominal value, from which the search starts, is the declared value.
 
         Parameters
         ----------
@@ -338,7 +344,7 @@ class Drive:
         changed: dict[str, Any] = {
             name: Parameter(name, "s", nominal=float(getattr(self, name)), lower=0.0)
         }
-        if self.estimated is not None:  # as declared; a second one is refused
+        if self.estimated is not None:  # a declared parameter takes precedence
             changed |= dict([self.estimated])
         return replace(self, **changed)
 
@@ -361,19 +367,19 @@ class Drive:
 
     @property
     def logs_what_acts(self) -> bool:
-        """Return whether the control was recorded after rate limit, quantisation and dead band."""
+        """Return whether the recorded control is not the command, but the acting control."""
         return self.logged != LOGGED[0]
 
     def behind_path(self) -> Self:
-        """Return the part of the drive behind the recorded control.
+        """Return the part of the drive after the point at which the control was recorded.
 
-        Rate limit, quantisation and dead band are left out. A delay or a lag that lies before the
-        point at which the control was recorded is set to 0, so that it is not applied twice.
+        Rate limit, quantisation and dead band are omitted. A delay or a lag before this point is
+        set to 0, so that it is not applied twice.
         """
         lag = 0.0 if self.logged == "current" else self.lag
         delay = 0.0 if self.logs_what_acts else self.delay
-        plain: dict[str, Any] = asdict(CommandPath())
-        return replace(self, lag=lag, delay=delay, logged=LOGGED[0], **plain)
+        unchanged: dict[str, Any] = asdict(CommandPath())
+        return replace(self, lag=lag, delay=delay, logged=LOGGED[0], **unchanged)
 
     def response(self, period: float, *, by_motion: bool = False) -> Response:
         """Return the response of the force to held commands.
@@ -398,53 +404,65 @@ class Drive:
         )
 
     def along(self, coordinate: Coordinate) -> dict[sympy.Symbol, sympy.Symbol]:
-        """Return the coordinate's symbols for `POSITION` and `VELOCITY` in the drive's formulas."""
+        """Return the coordinate's symbols by the drive's symbols `POSITION` and `VELOCITY`."""
         return {POSITION: coordinate.symbol, VELOCITY: coordinate.velocity}
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
-        """Refuse an axis that the drive does not fit. A plain gain fits every axis.
+        """Refuse an axis that the drive does not fit.
 
-        A subclass checks its figures or formulas here.
+        A plain gain fits every axis. A subclass checks its figures or formulas.
+
+        Parameters
+        ----------
+        coordinate : Coordinate
+            Coordinate of the axis.
+        signals : iterable of Signal
+            Recorded signals of the axis.
         """
 
     @property
     def remark(self) -> str:
-        """Return a note for results on a motor property that the force omits.
+        """Return a note for results on a property of the motor that the force does not contain.
 
-        Empty, unless a subclass has such a property.
+        The note is empty, unless a subclass has such a property.
         """
         return ""
 
     @property
     def timing_text(self) -> str:
-        """Return text on what happens to a command before it acts, and on the recorded control.
+        """Return clauses on the changes to a command, on its timing, and on the recorded control.
 
-        Empty if a command acts at once and unchanged.
+        The text is empty if a command acts at once and unchanged.
         """
         if not self.of_held_commands:
             return ""
         path = self.path.text(self.unit)
-        said = {name: f"{getattr(self, name):g} s" for name in HIDDEN_FROM if getattr(self, name)}
+        times = {name: f"{getattr(self, name):g} s" for name in HIDDEN_FROM if getattr(self, name)}
         if self.estimated is not None:
             name, parameter = self.estimated
-            said[name] = f"{parameter.nominal:g} s (where the search for {parameter.name} starts)"
-        delay = f"{said['delay']} after its command" if "delay" in said else ""
-        lag = f"with a lag of {said['lag']}" if "lag" in said else ""
+            times[name] = f"{parameter.nominal:g} s (start of the search for {parameter.name})"
+        timing = []
+        if "delay" in times:
+            timing.append(f"{times['delay']} after its command")
+        if "lag" in times:
+            timing.append(f"with a lag of {times['lag']}")
+        when = f"the force acts {' '.join(timing)}" if timing else ""
         where = {
             "command": "the recorded control is the command",
-            "applied": "the recorded control is applied" + " after the delay" * bool(self.delay),
-            "current": "the recorded control is taken after the lag",
+            "applied": "the control was recorded as applied",
+            "current": "the control was recorded after the lag",
         }[self.logged]
-        when = f"the force acts {' '.join(filter(None, (delay, lag)))}" if delay or lag else ""
+        if self.logged == "applied" and self.delay:
+            where = "the control was recorded after the delay"
         return "; ".join(filter(None, (path, when, where)))
 
     def gain_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """Return the gain with its unit as text: ``35.15 N/V``."""
-        over = self.unit if self.unit.isalpha() else f"({self.unit})"
-        return f"{self.gain:.{digits}g} {coordinate.force_unit}/{over}"
+        divisor = self.unit if self.unit.isalpha() else f"({self.unit})"
+        return f"{self.gain:.{digits}g} {coordinate.force_unit}/{divisor}"
 
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
-        """Return the force as text: ``35.15 N/V times the control``, or a formula."""
+        """Return the force as text: ``35.15 N/V times the control``, or a formula with units."""
         if self.is_gain:
             return f"{self.gain_text(coordinate, digits)} times the control"
         constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())

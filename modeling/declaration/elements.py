@@ -5,8 +5,8 @@ that a positive parameter opposes a positive velocity or displacement. Units are
 linear axis; on a rotary one N is N m and m is rad.
 
 An amount is a `Parameter` or any expression of parameters and constants, linear in the parameters
-to identify. A quantity that enters otherwise (a Stribeck velocity, a period) is mostly known: a
-plain number or a `Constant`. A plain number has the unit of its place.
+to identify. A quantity that enters nonlinearly (a Stribeck velocity, a period) is usually known: a
+plain number or a `Constant`. A plain number has the unit that is expected for the argument.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,7 +31,7 @@ from axisid.support.checks import is_whole
 from axisid.support.errors import ModelError
 from axisid.support.wording import quoted
 
-_AMOUNT = "an amount of an element"
+_AMOUNT = "the amount of a friction or load element"
 
 
 def viscous(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
@@ -63,8 +63,9 @@ def coulomb(level: Amount, coordinate: Coordinate) -> sympy.Expr:
 def asymmetric_coulomb(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Return Coulomb friction by direction: ``Fcp`` for dq > 0, ``-Fcm`` for dq < 0.
 
-    Both in N; each opposes its motion if positive. An `offset` in addition cannot be distinguished
-    from it, because its offset is ``(Fcp - Fcm) / 2``. [ArmstrongHelouvry1994]_.
+    Both in N; each opposes its motion if positive. This friction contains an offset of
+    ``(Fcp - Fcm) / 2``, so an additional `offset` cannot be distinguished.
+    [ArmstrongHelouvry1994]_.
     """
     ahead, back = _amount(forward, coordinate), _amount(backward, coordinate)
     direction = sympy.sign(coordinate.velocity)
@@ -104,7 +105,7 @@ def dahl(
     """Dahl friction, with an internal state: ``s0 z`` with ``dz = dq - s0 |dq| z / Fc``.
 
     Elastic over small displacements, Coulomb friction over large ones. `stiffness` s0 in N/m;
-    `coulomb` Fc in N; `name` of the state z, in m. There is no least squares for it: simulate and
+    `coulomb` Fc in N; `name` of the state z, in m. Least squares cannot estimate it: simulate and
     `fit`. [Dahl1968]_.
     """
     s0, level = _amount(stiffness, coordinate, "/{}"), _amount(coulomb, coordinate)
@@ -129,19 +130,19 @@ def lugre(
 
     ``g = Fc + (Fs - Fc) exp(-(dq/vs)^2)``; add `viscous`. `stiffness` s0 in N/m, `damping` s1 in
     N/(m/s), `coulomb` Fc and `static` Fs in N, `velocity` vs in m/s; `name` of the state z, in m.
-    Under a vibrating load it drifts, even below Fs: this is a property of the law. There is no
-    least squares for it: simulate and `fit`. [CanudasDeWit1995]_.
+    Under a vibrating load the axis drifts, even below Fs: this is a property of the friction law.
+    Least squares cannot estimate it: simulate and `fit`. [CanudasDeWit1995]_.
     """
     s0 = _amount(stiffness, coordinate, "/{}")
     s1 = _amount(damping, coordinate, "/({}/s)")
-    slides, sticks = _amount(coulomb, coordinate), _amount(static, coordinate)
+    sliding, static_level = _amount(coulomb, coordinate), _amount(static, coordinate)
     speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
-    level = slides + (sticks - slides) * sympy.exp(-((coordinate.velocity / speed) ** 2))
+    level = sliding + (static_level - sliding) * sympy.exp(-((coordinate.velocity / speed) ** 2))
     parts = (
         _part("the stiffness of LuGre friction", s0, coordinate, "/{}", "0 or more"),
         _part("the damping of LuGre friction", s1, coordinate, "/({}/s)"),
-        _part("the Coulomb level of LuGre friction", slides, coordinate, "", "positive"),
-        _part("the static level of LuGre friction", sticks, coordinate, "", "positive"),
+        _part("the Coulomb level of LuGre friction", sliding, coordinate, "", "positive"),
+        _part("the static level of LuGre friction", static_level, coordinate, "", "positive"),
         StatePart(
             what="the Stribeck velocity of LuGre friction",
             value=speed,
@@ -156,39 +157,46 @@ def lugre(
 def maxwell_slip(
     stiffness: Amount, level: Amount, coordinate: Coordinate, *, name: str = ""
 ) -> sympy.Expr:
-    """A spring behind a slider: ``k z``, z following the position until ``|k z| = W``.
+    """Force of a spring behind a slider: ``k z``, z following the position until ``|k z| = W``.
 
-    Several make a stack, whose force over the position has the hysteresis of Masing's rules and
-    does not creep. `stiffness` k in N/m, `level` W in N; `name` of the state z, in m. There is no
-    least squares for it: simulate and `fit`. [Lampaert2003]_.
+    The sum of several such elements has a hysteresis over the position by Masing's rules, and does
+    not creep. `stiffness` k in N/m, `level` W in N; `name` of the state z, in m. Least squares
+    cannot estimate it: simulate and `fit`. [Lampaert2003]_.
     """
-    k, most = _amount(stiffness, coordinate, "/{}"), _amount(level, coordinate)
+    k, largest = _amount(stiffness, coordinate, "/{}"), _amount(level, coordinate)
     parts = (
         _part("the stiffness of a Maxwell slider", k, coordinate, "/{}", "positive"),
-        _part("the level of a Maxwell slider", most, coordinate, "", "0 or more"),
+        _part("the level of a Maxwell slider", largest, coordinate, "", "0 or more"),
     )
-    called, follows = name or _state_name(k), coordinate.velocity
-    return k * State(called, coordinate.unit, follows, limit=most / k, parts=parts).symbol
+    z = State(
+        name or _state_name(k),
+        coordinate.unit,
+        coordinate.velocity,
+        limit=largest / k,
+        parts=parts,
+    )
+    return k * z.symbol
 
 
 def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Coulomb friction that grows with a load: ``mu |load| sign(dq)``.
 
-    `coefficient` mu without unit (or the force's over the load's), opposes motion if positive;
-    `load` is a known force, or a function of the position. A load made of parameters makes products
-    of parameters: declare the product. [Hamon2010]_.
+    `coefficient` mu without unit (or the unit of the force over that of the load), opposes motion
+    if positive; `load` is a known force, or a function of the position. If the load contains
+    parameters, the force contains products of parameters: declare each product as one parameter.
+    [Hamon2010]_.
     """
-    share, pressing = with_unit(coefficient, "1", _AMOUNT), _amount(load, coordinate)
-    return share * sympy.Abs(pressing) * sympy.sign(coordinate.velocity)
+    mu, normal = with_unit(coefficient, "1", _AMOUNT), _amount(load, coordinate)
+    return mu * sympy.Abs(normal) * sympy.sign(coordinate.velocity)
 
 
 def periodic_coulomb(
     cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
 ) -> sympy.Expr:
-    """A harmonic of Coulomb friction over the position: ``(a cos + b sin)(2 pi n q/p) sign(dq)``.
+    """Harmonic of Coulomb friction over the position: ``(a cos + b sin)(2 pi n q/p) sign(dq)``.
 
-    `cosine` a and `sine` b in N, added to the mean that `coulomb` gives: such as the run-out of a
-    gear, bearing or screw. `period` p in m. [ArmstrongHelouvry1994]_.
+    `cosine` a and `sine` b in N, `period` p in m, `harmonic` n. It is added to the mean level of
+    `coulomb`, for example for the run-out of a gear, bearing or screw. [ArmstrongHelouvry1994]_.
     """
     return cogging(cosine, sine, coordinate, period=period, harmonic=harmonic) * sympy.sign(
         coordinate.velocity
@@ -198,14 +206,15 @@ def periodic_coulomb(
 def cogging(
     cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
 ) -> sympy.Expr:
-    """A harmonic of the force over the position: ``a cos(2 pi n q/p) + b sin(2 pi n q/p)``.
+    """Harmonic of the force over the position: ``a cos(2 pi n q/p) + b sin(2 pi n q/p)``.
 
-    `cosine` a and `sine` b in N, resisting a positive motion where the harmonic is positive; it
-    does no work over a `period` p, in m: the pitch of the motor's poles or slots. [Gieras2012]_.
+    `cosine` a and `sine` b in N; the force resists a positive motion where it is positive.
+    `period` p in m: the pitch of the motor's poles or slots, over which the force does no work;
+    `harmonic` n. [Gieras2012]_.
     """
     if not (is_whole(harmonic) and harmonic > 0):
         raise ModelError(
-            f"the harmonic is {quoted(harmonic)}. Give a whole number, 1 or more.",
+            f"the harmonic is {quoted(harmonic)}. Give a whole number of 1 or more.",
             code="axis",
         )
     even, odd = _amount(cosine, coordinate), _amount(sine, coordinate)
@@ -215,7 +224,7 @@ def cogging(
 
 
 def offset(level: Amount) -> sympy.Expr:
-    """A constant force: amplifier offset, constant gravity, unequal friction.
+    """Constant force: amplifier offset, constant gravity, unequal friction.
 
     `level` in N; resists a positive motion if positive. [Janot2019]_.
     """
@@ -233,12 +242,13 @@ def gravity(mass: Amount) -> sympy.Expr:
 def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Moment of a weight about a horizontal axis: ``a sin(q) + b cos(q)``.
 
-    Both in N m: the weight times the distance of the centre of gravity, below the axis for a, and
-    along the horizontal for b, at q = 0. Give 0 for one that is not there. With first moments in
-    kg m, write ``G * ms``. Resists a positive motion where it is positive. [Khalil2002]_.
+    Both in N m: the weight times a distance of the centre of gravity from the axis at q = 0, below
+    the axis for a (`sine`) and along the horizontal for b (`cosine`). Give 0 if one of the
+    distances is 0. With a first moment ``ms`` in kg m, write ``G * ms``. Resists a positive motion
+    where it is positive. [Khalil2002]_.
     """
-    below, beside = _amount(sine, coordinate), _amount(cosine, coordinate)
-    return below * sympy.sin(coordinate.symbol) + beside * sympy.cos(coordinate.symbol)
+    below, horizontal = _amount(sine, coordinate), _amount(cosine, coordinate)
+    return below * sympy.sin(coordinate.symbol) + horizontal * sympy.cos(coordinate.symbol)
 
 
 def spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sympy.Expr:
@@ -261,8 +271,8 @@ def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> 
     """Inertia of a motor as the load feels it: ``n^2 J``, a part of the axis's inertia.
 
     `inertia` J in kg m^2; `ratio` n is the motor's angle over the coordinate, in rad/m (a screw of
-    5 mm pitch has ``2 pi / 0.005``). It adds to the load's inertia, and no motion distinguishes the
-    two: declare one of the two as known, unless gravity shows the mass. [Khalil2002]_.
+    5 mm pitch has ``2 pi / 0.005``). No motion distinguishes the motor's inertia from the load's
+    inertia: declare one of the two as known, unless gravity shows the mass. [Khalil2002]_.
     """
     check_coordinate(coordinate)
     turns = positive(ratio, f"rad/{coordinate.unit}", "the gear ratio")
@@ -277,19 +287,19 @@ def back_emf(
     resistance: Amount,
     ratio: Amount = 1.0,
 ) -> sympy.Expr:
-    """Braking of a motor's back-EMF on a voltage: ``kt ke n^2 / R dq``, to identify ke.
+    """Braking force of the back-EMF of a motor on a voltage: ``kt ke n^2 / R dq``, to identify ke.
 
-    `constant` ke in V/(rad/s), of a linear motor V/(m/s); `kt` in N m/A, `resistance` R in V/A and
-    `ratio` n in rad/m are those of a `voltage_drive` without ke, whose force is then that of the
-    motor at rest. It is a viscous friction: no motion distinguishes it from `viscous`, unless one
-    of the two is known. [Krishnan2001]_.
+    `constant` ke in V/(rad/s), or V/(m/s) of a linear motor. `kt` in N m/A, `resistance` R in V/A
+    and `ratio` n in rad/m have the values of a `voltage_drive` without ke, whose force is then the
+    force of the motor at standstill. The braking force is a viscous friction: no motion
+    distinguishes it from `viscous`, unless one of the two is known. [Krishnan2001]_.
     """
     check_coordinate(coordinate)
-    geared = ratio != 1
-    turns = positive(ratio, f"rad/{coordinate.unit}" if geared else "1", "the gear ratio")
-    turning = geared or coordinate.unit == "rad"
-    force = positive(kt, "N m/A" if turning else "N/A", "kt")
-    emf = with_unit(constant, "V/(rad/s)" if turning else "V/(m/s)", _AMOUNT)
+    is_geared = ratio != 1
+    turns = positive(ratio, f"rad/{coordinate.unit}" if is_geared else "1", "the gear ratio")
+    is_rotary = is_geared or coordinate.unit == "rad"
+    force = positive(kt, "N m/A" if is_rotary else "N/A", "kt")
+    emf = with_unit(constant, "V/(rad/s)" if is_rotary else "V/(m/s)", _AMOUNT)
     ohms = positive(resistance, "V/A", "the resistance")
     return force * emf * turns**2 / ohms * coordinate.velocity
 
@@ -302,14 +312,14 @@ def end_stop(
     stiffness: float,
     dissipation: float = 0.0,
 ) -> sympy.Expr:
-    """Contact with a stop at each end: ``k d max(0, 1 + c dd)``, d the depth, dd its rate.
+    """Contact force of a stop at each end: ``k d max(0, 1 + c dd)``, d the depth, dd its rate.
 
-    Known, not identified: it is intended for simulations. It is zero between `lower` and `upper`
-    (m), pushes back beyond them and never pulls. `stiffness` k in N/m; `dissipation` c in s/m,
-    about ``3/2 (1 - e) / v`` for an impact at speed v with the coefficient of restitution e. The
-    force is continuous; the begin and end of a contact are events of the simulation, so that even
-    short contacts are found. In a regression it is a known force, which amplifies the noise of rows
-    in contact: leave those rows out. [HuntCrossley1975]_.
+    The force is known, not identified; it is intended for simulations. It is zero between `lower`
+    and `upper` (m), pushes back beyond them and never pulls. `stiffness` k in N/m; `dissipation` c
+    in s/m, about ``3/2 (1 - e) / v`` for an impact at speed v with the coefficient of restitution
+    e. The force is continuous. The start and the end of a contact are events of the simulation, so
+    that even short contacts are found. In a regression, the known force amplifies the noise of the
+    rows in contact: exclude those rows. [HuntCrossley1975]_.
     """
     check_coordinate(coordinate)
     k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
@@ -344,12 +354,12 @@ def _part(
     over: str = "",
     least: Literal["positive", "0 or more", ""] = "",
 ) -> StatePart:
-    """Return an amount that declares a state, with the unit and range that are checked later.
+    """Return a quantity in the equation of a state, with the unit and range to be checked later.
 
     Parameters
     ----------
     what : str
-        Description of the amount, for messages.
+        Description of the quantity, for messages.
     value : sympy.Expr
     coordinate : Coordinate
     over : str
@@ -381,13 +391,14 @@ def _bristle(
         Friction force during steady sliding.
     coordinate : Coordinate
     name : str
-        Name of the state; empty for a name from that of the stiffness.
+        Name of the state; empty for the default name (`_state_name`).
     parts : tuple of StatePart
-        Amounts by which the state is declared, for checks.
+        Quantities in the equation of the state, for checks.
     """
     dq = coordinate.velocity
 
     def rate(z: sympy.Symbol) -> sympy.Expr:
+        """Return the rate of change of the deflection z."""
         return dq - stiffness * sympy.Abs(dq) * z / level
 
     z = State(name or _state_name(stiffness), coordinate.unit, rate, parts=parts).symbol
@@ -400,15 +411,16 @@ def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
 
 
 def _state_name(stiffness: sympy.Expr) -> str:
-    """Return the default name of a state: ``z_`` and the name of its stiffness, otherwise ``z``."""
-    called = str(stiffness)
-    return f"z_{called}" if stiffness.is_Symbol and called.isidentifier() else "z"
+    """Return the default name of a state: ``z_s0`` for a stiffness named ``s0``, else ``z``."""
+    name = str(stiffness)
+    return f"z_{name}" if stiffness.is_Symbol and name.isidentifier() else "z"
 
 
 def _unless_zero(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """Return an amount with its unit; the number 0 stays 0 so that its term vanishes."""
-    zero = isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
-    return sympy.S.Zero if zero else with_unit(value, unit, what)
+    """Return an amount as in `with_unit`; the number 0 stays 0, so that its term vanishes."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0:
+        return sympy.S.Zero
+    return with_unit(value, unit, what)
 
 
 #: The elements by their names in declarations as text.

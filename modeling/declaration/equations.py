@@ -1,4 +1,4 @@
-"""Declare an axis by a force balance or by its energies; the inertia must be positive."""
+"""Declare an axis by a force balance or by its energies."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -24,8 +24,8 @@ from axisid.support.errors import ModelError
 
 from .axis import Axis
 
-_PLACES = (0, 1, -1, 2, -3, 5)  # of the coordinate at which an inertia is checked
-_SIZES = ((1, 1), (1, 7), (7, 1), (1, 100), (100, 1))  # of the parameters, in turn
+_PLACES = (0, 1, -1, 2, -3, 5)  # positions at which an inertia is checked
+_SIZES = ((1, 1), (1, 7), (7, 1), (1, 100), (100, 1))  # values of the parameters, alternately
 
 
 def newton(
@@ -46,9 +46,9 @@ def newton(
     coordinate : Coordinate
         The degree of freedom.
     parameters : iterable of Parameter
-        Parameters in the order of the tables.
+        Parameters to identify, in the order of the tables.
     inertia : expression
-        Mass or moment of inertia, independent of the coordinate.
+        Mass or moment of inertia, independent of the motion.
     resistance : iterable of expression
         Forces that oppose a positive motion; see `axisid.modeling.declaration.elements`.
     **declaration
@@ -57,8 +57,7 @@ def newton(
     Raises
     ------
     ModelError
-        The declaration is contradictory, or the inertia depends on the motion
-        or is negative.
+        The declaration is contradictory, or the inertia depends on the motion or is negative.
     """
     check_coordinate(coordinate)
     q = coordinate
@@ -71,7 +70,7 @@ def newton(
             "which derives this term.",
             code="equation",
         )
-    declared = listed(parameters, Parameter, "the parameters have")
+    declared = listed(parameters, Parameter, "the parameters contain")
     try:
         _check_inertia(mass, q, declared)
     except ModelError as error:
@@ -102,8 +101,8 @@ def lagrange(
     """Declare an axis by Lagrange's equation with a dissipation function.
 
     ``d/dt(dT/d dq) - dT/dq + dV/dq + dD/d dq = tau + Q``. T, V and D may have kinks, such as
-    ``k Max(0, q)**2 / 2`` of a one-sided spring; where the force jumps at one, it has the mean of
-    both sides there.
+    ``k Max(0, q)**2 / 2`` of a one-sided spring. If the force jumps at a kink, its value there is
+    the mean of both sides.
 
     Parameters
     ----------
@@ -112,7 +111,7 @@ def lagrange(
     coordinate : Coordinate
         The degree of freedom.
     parameters : iterable of Parameter
-        Parameters in the order of the tables.
+        Parameters to identify, in the order of the tables.
     kinetic : expression
         Energy T(q, dq), J: half an inertia, which may depend on the position, times ``dq**2``.
     potential : expression
@@ -127,15 +126,15 @@ def lagrange(
     Raises
     ------
     ModelError
-        The declaration is contradictory, or an energy depends on a symbol that is not allowed in
-        it, jumps, or is negative although it is kinetic.
+        The declaration is contradictory; an energy depends on a symbol that is not allowed, or
+        jumps; or the kinetic energy is negative.
     """
     check_coordinate(coordinate)
     q = coordinate
     energy = expression(kinetic, "the kinetic energy")
     stored = expression(potential, "the potential energy")
     lost = expression(dissipation, "the dissipation function")
-    declared = listed(parameters, Parameter, "the parameters have")
+    declared = listed(parameters, Parameter, "the parameters contain")
     try:
         momentum = _momentum(energy, q, declared)
         _check_free(
@@ -170,13 +169,24 @@ def lagrange(
 def _check_free(value: sympy.Expr, what: str, symbols: Iterable[sympy.Symbol], rest: str) -> None:
     """Refuse an energy or a dissipation function that contains one of the given symbols.
 
+    Parameters
+    ----------
+    value : sympy.Expr
+    what : str
+        Description of the function, for the message.
+    symbols : iterable of sympy.Symbol
+        Symbols that are not allowed.
+    rest : str
+        End of the message: the allowed symbols, and the remedy.
+
     Raises
     ------
     ModelError
-        It contains one.
+        The function contains such a symbol.
     """
-    if beside := " and ".join(str(s) for s in symbols if s in value.free_symbols):
-        raise ModelError(f"the {what} {value} depends on {beside}. It may depend on {rest}")
+    inside = " and ".join(str(s) for s in symbols if s in value.free_symbols)
+    if inside:
+        raise ModelError(f"the {what} {value} depends on {inside}. It may depend on {rest}")
 
 
 def _momentum(
@@ -212,7 +222,7 @@ def _momentum(
     if not vanishes(with_numbers(inertia).diff(q.velocity)) or not vanishes(square):
         raise ModelError(
             f"the kinetic energy {energy} is not proportional to the square of the velocity "
-            f"{q.velocity}. Write an inertia times {q.velocity}**2/2. Energy at rest is a "
+            f"{q.velocity}. Write an inertia times {q.velocity}**2/2. Write energy at rest as a "
             "potential energy, with the opposite sign."
         )
     _check_inertia(inertia, coordinate, parameters)
@@ -222,24 +232,24 @@ def _momentum(
 def _check_inertia(
     inertia: sympy.Expr, coordinate: Coordinate, parameters: Sequence[Parameter]
 ) -> None:
-    """Refuse an inertia that is negative at every point at which it is checked.
+    """Refuse an inertia that is negative at every position at which it is checked.
 
-    The parameters have their known or nominal values. If one of these is 0, positive values of
-    several sizes within the bounds are used instead. An inertia with recorded signals is not
+    The parameters have their known or nominal values. If one of these values is 0, positive values
+    of several sizes within the bounds are used instead. An inertia with recorded signals is not
     checked.
 
     Raises
     ------
     ModelError
-        It is negative.
+        The inertia is negative.
     """
     if signals_in(inertia):
-        return  # for any values of its signals
+        return
     found = {p: p.nominal if p.known is None else p.known for p in parameters}
     inside = {p: value for p, value in found.items() if p.symbol in inertia.free_symbols}
-    nominal = all(inside.values())
+    is_nominal = all(inside.values())
     points = [{p.symbol: v for p, v in inside.items()}]
-    if not nominal:  # positive numbers of several sizes, or the bound where it is lower
+    if not is_nominal:  # positive numbers of several sizes, moved into the bounds
         points = [
             {
                 p.symbol: min(max(float(sizes[i % 2]), p.lower), p.upper)
@@ -254,8 +264,8 @@ def _check_inertia(
     ]
     real = [value for value in values if not math.isnan(value)]
     if real and all(value < 0 for value in real):
-        what = "with the nominal values" if nominal else "if its parameters are positive"
+        condition = "with the nominal values" if is_nominal else "if its parameters are positive"
         raise ModelError(
-            f"the inertia {inertia} is negative {what}, and so is the kinetic energy. Correct its "
-            "sign, or a nominal value."
+            f"the inertia {inertia} is negative {condition}, and so is the kinetic energy. Correct "
+            "the sign of the inertia, or a nominal value."
         )

@@ -43,23 +43,24 @@ class Move:
         settle(self, **{n: number(getattr(self, n), f"the {n} of a move") for n in names})
         refuse(
             ModelError,
-            (not self.dwell >= 0, f"{self}: give a dwell of 0 s or more", "twin"),
+            (not self.dwell >= 0, f"{self} has a negative dwell. Give 0 s or more", "twin"),
             (
                 min(self.speed, self.acceleration) <= 0,
-                f"{self}: give a positive speed and a positive acceleration",
+                f"{self} has a speed or an acceleration that is not positive. Give a positive "
+                "speed and a positive acceleration",
             ),
         )
         if not self.duration < _LONGEST:
             raise ModelError(
-                f"{self} takes {self.duration:g} s. Give a faster move (an experiment must take "
-                f"less than {_LONGEST:g} s)."
+                f"{self} takes {self.duration:g} s, but an experiment must take less than "
+                f"{_LONGEST:g} s. Give a faster move."
             )
 
     @property
     def duration(self) -> float:
         """Return the duration of the move and its dwell, s.
 
-        A short move does not reach its speed.
+        A short move reaches only a part of its speed.
         """
         distance = abs(self.distance)
         speed = min(self.speed, math.sqrt(distance * self.acceleration))
@@ -74,10 +75,10 @@ def back_and_forth(
     repeat: int = 1,
     dwell: float = 0.0,
 ) -> tuple[Move, ...]:
-    """Return moves there and back at each speed, each long enough to reach it.
+    """Return moves there and back at each speed, one after the other.
 
-    A record that identifies friction needs several speeds in both directions; one that identifies
-    inertia needs acceleration in between.
+    To identify friction, a record needs several speeds in both directions. To identify inertia, it
+    needs accelerations.
 
     Parameters
     ----------
@@ -86,11 +87,12 @@ def back_and_forth(
     acceleration : float
         Coordinate unit per second squared.
     seconds : float
-        Distance of each move divided by its speed, s.
+        Distance of each move divided by its speed, s. It must exceed the speed divided by the
+        acceleration for the move to reach its speed.
     repeat : int
-        Number of runs of the whole programme.
+        Number of repetitions of the whole sequence.
     dwell : float
-        Rest of the command after each move, s.
+        Time for which the command rests after each move, s.
 
     Raises
     ------
@@ -110,12 +112,12 @@ def back_and_forth(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """Experiment of the twin.
+    """Experiment of the synthetic twin.
 
     Attributes
     ----------
     moves : tuple of Move
-        The commanded motion, one after the other.
+        The commanded moves, one after the other.
     truth : mapping of str to float
         The twin's parameters by name, SI; a parameter that is not named has its nominal value.
     position_noise : float
@@ -127,7 +129,7 @@ class Experiment:
     seed : int
         Seed of the noise.
     signals : mapping of str to expression
-        The recorded signals of the axis, SI, as numbers or functions of the time, `TIME`.
+        The recorded signals of the axis by name, SI, as numbers or functions of the time, `TIME`.
     """
 
     moves: tuple[Move, ...]
@@ -145,7 +147,7 @@ class Experiment:
         settle(
             self,
             signals=FrozenMapping(of_time),
-            moves=listed(self.moves, Move, "the moves of an experiment have"),
+            moves=listed(self.moves, Move, "the moves of an experiment contain"),
             truth=FrozenMapping(
                 {name: number(v, f"the truth of {name!r}") for name, v in self.truth.items()}
             ),
@@ -170,15 +172,15 @@ class Experiment:
             ),
             (
                 not (is_whole(self.seed) and self.seed >= 0),
-                f"the seed is {quoted(self.seed)}. Give a whole number, 0 or more",
+                f"the seed is {quoted(self.seed)}. Give a whole number of 0 or more",
             ),
             (
                 not self.position_noise >= 0,
-                f"the position noise is {self.position_noise!r}. Give 0 or more",
+                f"the position noise is {self.position_noise!r}. Give a number of 0 or more",
             ),
             (
                 not self.resolution >= 0,
-                f"the encoder's resolution is {self.resolution!r}. Give 0 or more",
+                f"the encoder's resolution is {self.resolution!r}. Give a number of 0 or more",
                 "twin",
             ),
         )

@@ -1,7 +1,7 @@
-"""Drives from the data sheet of a motor and its gear, and from two formulas.
+"""Drives from the data sheet of a motor and its gear, and from formulas.
 
-The force of a motor falls with its speed, and its gear has losses. Figures of a data sheet are
-numbers, or constants whose units are checked across the gear.
+The force of a motor on a voltage falls with the speed, and its gear has losses. A *figure* is a
+value of a data sheet: a number, or a constant whose unit is checked, including the gear.
 """
 
 import math
@@ -39,11 +39,11 @@ from axisid.support.wording import quoted
 from .drive import DRIVE_GAIN, Drive
 from .unit_check import check_unit, unit_table
 
-#: A figure of a drive: a plain number has the expected unit, a `Constant` its own.
+#: Value of a data sheet: a plain number in the expected unit, or a `Constant` with its own unit.
 Figure: TypeAlias = float | Constant | ConstantSymbol
 
 
-#: Units that figures of a motor and its gear may have.
+#: Permitted units of the torque or force constant, the back-EMF constant and the gear ratio.
 KT_UNITS, KE_UNITS, RATIO_UNITS = ("N m/A", "N/A"), ("V/(rad/s)", "V/(m/s)"), ("1", "rad/m")
 
 
@@ -65,26 +65,30 @@ def figure(
     what : str
         Name of the figure, for messages.
     *units : str
-        Permitted units of a constant.
-    positive, finite : bool
-        Whether the number must be above 0, and finite.
+        Permitted units of a constant; none for any unit.
+    positive : bool
+        Whether the number must not be 0.
+    finite : bool
+        Whether the number must be finite.
     signed : bool
         Whether the number may be negative.
 
     Raises
     ------
     ModelError
-        It is not a number, or negative, or 0 where 0 is not allowed, or a constant in another unit.
+        The figure is not a number, is out of range, or is a constant in another unit.
     """
     own, found = own_unit(value), number(_number(value), what, finite=finite)
     fits = own is None or not units or any(own.same_dimension(parse_unit(u)) for u in units)
-    said = "a positive number" if positive else "0 or more"
+    expected = "a positive number" if positive else "a number of 0 or more"
+    if signed:
+        expected = "a number other than 0"
     refuse(
         ModelError,
-        (not fits, f"{what} is in {own}. Give it in {' or '.join(units)}"),
+        (not fits, f"{what} is in {own}. Give {what} in {' or '.join(units)}"),
         (
             (found < 0 and not signed) or (positive and not found),
-            f"{what} is {quoted(value)}. Give {said}",
+            f"{what} is {quoted(value)}. Give {expected}",
         ),
         code="drive",
     )
@@ -92,7 +96,7 @@ def figure(
 
 
 def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
-    """Refuse an argument that a drive does not have, or that follows from its figures.
+    """Refuse an argument that `Drive` does not have, or that follows from the figures.
 
     Parameters
     ----------
@@ -112,8 +116,8 @@ def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
     known = [f.name for f in fields(Drive) if f.name not in own]
     if unknown := [name for name in others if name not in known]:
         raise ModelError(
-            f"{made_by} has no argument {unknown[0]!r}. In addition to its own arguments it "
-            f"accepts {', '.join(known)}.",
+            f"{made_by} has no argument {unknown[0]!r}. Use the arguments of {made_by}, or "
+            f"{', '.join(known)}.",
             code="drive",
         )
 
@@ -121,16 +125,22 @@ def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
 def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Figure) -> None:
     """Refuse units of motor figures with which the gear would count twice, or not at all.
 
-    Plain numbers pass.
+    Plain numbers have no unit to be checked.
+
+    Parameters
+    ----------
+    coordinate : Coordinate
+    kt, ke, ratio : Figure
+        Torque or force constant, back-EMF constant (None if it is not given), and gear ratio.
 
     Raises
     ------
     ModelError
-        The figures refer to the coordinate although a ratio is given, or they refer to the motor
-        although no ratio is given.
+        kt or ke is relative to the coordinate although a ratio is given, or relative to the motor
+        although no ratio is given; or the ratio is in another unit.
     """
     is_geared, of_ratio, wanted = _number(ratio) != 1, own_unit(ratio), f"rad/{coordinate.unit}"
-    wrong = of_ratio is not None and not of_ratio.same_dimension(parse_unit(wanted))
+    is_wrong_ratio = of_ratio is not None and not of_ratio.same_dimension(parse_unit(wanted))
     for name, figure_, own in (
         ("kt", kt, coordinate.force_unit / parse_unit("A")),
         ("ke", ke, parse_unit("V") / coordinate.velocity_unit),
@@ -138,9 +148,9 @@ def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Fig
         unit = own_unit(figure_)
         if unit is None:
             continue
-        is_own = unit.same_dimension(own)
-        twice = is_own and is_geared and coordinate.unit == "m"
-        if wrong or twice or not (is_own or is_geared):
+        is_own = unit.same_dimension(own)  # relative to the coordinate
+        is_twice = is_own and is_geared and coordinate.unit == "m"
+        if is_wrong_ratio or is_twice or not (is_own or is_geared):
             geared = f"a gear ratio in {of_ratio or 'no unit'}" if is_geared else "no gear"
             raise ModelError(
                 f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}. Give "
@@ -157,7 +167,7 @@ def own_unit(value: Figure | None) -> Unit | None:
 
 
 def _number(value: Figure) -> float:
-    """Return the value of a figure that is a number or a constant."""
+    """Return the number of a figure, without its unit."""
     return value.value if isinstance(value, (Constant, ConstantSymbol)) else value
 
 
@@ -166,10 +176,20 @@ def check_formula(
 ) -> None:
     """Refuse a formula of a drive with a symbol that is not allowed, or in another unit.
 
+    Parameters
+    ----------
+    value : sympy.Expr
+    what : str
+        Name of the formula, for messages: ``force``, ``inverse`` or ``reach``.
+    units : mapping of sympy.Symbol to Unit
+        Units of the allowed symbols.
+    wanted : Unit
+        Unit that the formula must have.
+
     Raises
     ------
     ModelError
-        It has such a symbol, or is in another unit.
+        The formula has such a symbol, or is in another unit.
     """
     if unknown := sorted(map(str, value.free_symbols - set(units) - value.atoms(ConstantSymbol))):
         raise ModelError(
@@ -177,47 +197,48 @@ def check_formula(
             "control, the motion, constants and declared signals.",
             code="drive",
         )
-    plain = not value.atoms(ConstantSymbol)  # a formula of plain numbers may have any unit
+    is_plain = not value.atoms(ConstantSymbol)  # a formula of plain numbers may have any unit
     try:
-        check_unit(value, wanted, units, f"the drive's {what} {value}", of_numbers=plain)
+        check_unit(value, wanted, units, f"the drive's {what} {value}", of_numbers=is_plain)
     except ModelError as error:
         raise ModelError(str(error), code="drive") from error
 
 
-#: Least efficiency of a gear; a self-locking worm still transmits some tenths.
+#: Lowest permitted efficiency of a gear; a self-locking worm gear has some tenths.
 LEAST_EFFICIENCY = 0.01
 _BACK_EMF = sympy.Symbol("back_emf", real=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorDrive(Drive):
-    """A motor behind a gear: ``gain (control - back_emf * velocity)``, as the gear passes it on.
+    """A motor with a gear: ``gain (control - back_emf * velocity)``, reduced by the gear's loss.
 
     Attributes
     ----------
     back_emf : float
         Control per velocity that compensates the back-EMF, in the control's unit over the
-        velocity's; it is 0 for a motor whose current is controlled, or whose back-EMF is in the
+        velocity's unit; 0 for a motor whose current is controlled, or whose back-EMF is in the
         equation of motion.
     reach : expression
-        The largest force of the motor forwards, before the gear's loss, from the velocity, as
-        `VELOCITY` or the coordinate's; backwards it is as large at the opposite velocity. Infinite
-        for none.
+        Largest forward force of the motor, before the gear's loss, as a function of the velocity,
+        `VELOCITY` or that of the coordinate. The largest backward force has the same size at the
+        opposite velocity. Infinite for no limit.
     efficiency : float
         Efficiency of the gear, 0.01 to 1. If the motor drives the load, the load gets `efficiency`
-        times the motor's force; if the load drives the motor, the motor's force divided by
-        `efficiency`.
+        times the motor's force; if the load drives the motor, the load gets the motor's force
+        divided by `efficiency`.
     unknown_back_emf : bool
-        Whether the motor has a back-EMF that is not declared here.
-    figures : tuple of Figure
-        kt, ke and the gear ratio of which the drive was made, with the units of an axis.
+        Whether the motor has a back-EMF that is not declared with the drive.
+    figures : (Figure, Figure or None, Figure)
+        kt, ke and the gear ratio from which the drive was made; their units are checked on an axis.
+        ke is None if it is not given.
 
     Notes
     -----
     The gear's loss is a friction proportional to the motor's force, and set-valued at rest like
-    Coulomb friction: a load is held if it is within ``efficiency`` and its reciprocal times the
-    balancing force. The inertia of the motor as reflected to the load is in the equation of motion,
-    and so on the load's side of the loss.
+    Coulomb friction: a load is held at rest if it is between `efficiency` times the motor's force
+    and the motor's force divided by `efficiency`. The inertia of the motor as reflected to the load
+    is in the equation of motion, and so on the load's side of the loss.
     """
 
     back_emf: float = 0.0
@@ -233,9 +254,10 @@ class MotorDrive(Drive):
             efficiency=number(self.efficiency, "the gear's efficiency"),
             reach=expression(self.reach, "the drive's reach"),
         )
+        # The reach at velocity 0; it is not checked if it contains recorded signals.
         plain = with_numbers(self.reach)
         still = dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero)
-        at_rest = plain.xreplace(still)  # as far as numbers show it
+        at_rest = plain.xreplace(still)
         refuse(
             ModelError,
             (
@@ -250,7 +272,7 @@ class MotorDrive(Drive):
             ),
             code="drive",
         )
-        Drive.__post_init__(self)  # it looks at the force
+        Drive.__post_init__(self)  # last, because it uses the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(
                 "logged='current' is a current, but the control of a drive with a back-EMF is a "
@@ -267,7 +289,7 @@ class MotorDrive(Drive):
         force = DRIVE_GAIN * driving
         if self.reach != sympy.oo:
             reach = with_numbers(self.reach)
-            # What is no number and no recorded signal is the velocity, of whatever name.
+            # Every symbol that is not a recorded signal is the velocity.
             opposite = reach.xreplace({s: -s for s in reach.free_symbols - signals_in(reach)})
             force = extreme(sympy.Max, [extreme(sympy.Min, [force, reach]), -opposite])
         if self.efficiency == 1:
@@ -299,29 +321,29 @@ class MotorDrive(Drive):
         The factors are the reciprocal of the efficiency if the load drives the motor, and the
         efficiency if the motor drives the load.
         """
-        driving, back = self.efficiency, 1 / self.efficiency
-        return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
+        driving, driven = self.efficiency, 1 / self.efficiency
+        return sympy.Float((driven + driving) / 2), sympy.Float((driven - driving) / 2)
 
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
-        """Return a description of the force."""
+        """Return a description of the force, with its reach and the efficiency of the gear."""
         control = "the control"
         if self.back_emf:
             unit = f"{self.unit}/({coordinate.velocity_unit})"
             emf = f"{self.back_emf:.{digits}g} {unit} times {coordinate.velocity}"
             control = f"the control minus {emf}"
-        said = f"{self.gain_text(coordinate, digits)} times {control}"
+        text = f"{self.gain_text(coordinate, digits)} times {control}"
         if self.reach != sympy.oo:
             reach = written(self.reach.xreplace(self.along(coordinate)), coordinate)
-            said += (
+            text += (
                 f", at most {reach} {coordinate.force_unit} forwards, and the same backwards at "
                 f"-{coordinate.velocity}"
             )
         if self.efficiency != 1:
-            said += (
+            text += (
                 f", reduced by a gear of efficiency {self.efficiency:g} according to the "
                 "direction of the power"
             )
-        return said
+        return text
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
         """Refuse figures whose units do not fit the axis, and a reach that is not a force."""
@@ -334,13 +356,13 @@ class MotorDrive(Drive):
 
     @property
     def remark(self) -> str:
-        """Return a remark on a back-EMF that is not declared with the drive."""
+        """Return a note on a back-EMF that is not declared with the drive; empty otherwise."""
         if not self.unknown_back_emf:
             return ""
         return (
-            "the drive is declared without the motor's back-EMF: its braking force, kt ke "
-            "ratio^2/R times the velocity, is in the equation of motion, where it cannot be "
-            "separated from viscous friction"
+            "the drive is declared without the motor's back-EMF: the braking force of the "
+            "back-EMF, kt ke ratio^2/R times the velocity, is in the equation of motion, where it "
+            "cannot be distinguished from viscous friction"
         )
 
 
@@ -404,9 +426,9 @@ def formula_drive(
         Force, as a function of `CONTROL`, the coordinate and its velocity (or `POSITION` and
         `VELOCITY`), constants, recorded signals, and `DRIVE_GAIN` for the gain if it has one.
     inverse : expression, optional
-        The control for which the drive produces `FORCE`, of the same symbols. By default it is
-        derived from a force that is linear in the control. The two are compared by numbers when the
-        axis is derived.
+        The control for which the drive produces `FORCE`, a function of the same symbols. By default
+        it is derived from a force that is linear in the control. Force and inverse are compared
+        numerically when the axis is derived.
     unit : str
         Unit of the control.
     gain : float
@@ -422,7 +444,7 @@ def formula_drive(
     Raises
     ------
     ModelError
-        There is no inverse, and none follows.
+        The inverse is neither given nor can be derived.
     """
     check_others("formula_drive", others)
     made = expression(force, "the drive's force")
@@ -465,25 +487,28 @@ def voltage_drive(
     Parameters
     ----------
     kt : float or Constant
-        Torque constant, N m/A; of a linear motor its force constant, N/A.
+        Torque constant, N m/A; for a linear motor the force constant, N/A.
     resistance : float or Constant
-        R, of the winding from terminal to terminal, amplifier and wires included, V/A.
+        R, of the winding from terminal to terminal, including amplifier and wires, V/A.
     ke : float or Constant, optional
-        Back-EMF constant, V/(rad/s), in SI the same as kt; of a linear motor V/(m/s). Without it
-        the back-EMF is no part of the drive: its braking ``kt ke n^2 / R`` is in the viscous
-        friction that is identified, or in an element `back_emf` with a parameter of its own.
+        Back-EMF constant, V/(rad/s), in SI equal to kt; for a linear motor V/(m/s). Without ke, the
+        back-EMF is no part of the drive: its braking coefficient ``kt ke n^2 / R`` is contained in
+        the identified viscous friction, or in an element `back_emf` with its own parameter.
     ratio : float or Constant
         n, the motor's angle over the coordinate: rad/m, or a plain number on a rotary axis;
-        negative where the motor turns the other way.
+        negative if the motor turns in the opposite direction.
     efficiency : float
         Efficiency of the gear, 0.01 to 1: if the motor drives the load, the load gets this share of
-        the motor's force; if the load drives the motor, the motor's force divided by it.
+        the motor's force; if the load drives the motor, the load gets the motor's force divided by
+        the efficiency.
     inductance : float or Constant
         L of the winding, V s/A: the current follows with a lag ``L / R``.
     volts : float or Constant
-        Voltage for a control of 1: 1 for a voltage, the supply for a duty from -1 to 1.
+        Voltage for a control of 1: 1 for a voltage, the supply voltage for a duty cycle from -1
+        to 1.
     unit : str
-        Unit of the control: a voltage's, or 1; another if volts is a `Constant` in V per this unit.
+        Unit of the control: V, or 1 for a duty cycle; any unit if `volts` is a `Constant` in V per
+        this unit.
     **others
         Arguments of `Drive`: limit, relative_sd, scaled_by (a recorded supply over its nominal
         value), delay, logged, profile.
@@ -491,8 +516,9 @@ def voltage_drive(
     Returns
     -------
     MotorDrive
-        Its braking follows the motion between the samples of a sampled law; with an inductance the
-        motion's part is held over each sample, at its middle.
+        The braking force follows the motion between the samples of a sampled law. With an
+        inductance, the part of the force that depends on the motion is held over each sample, at
+        its value in the middle of the sample.
 
     Raises
     ------
@@ -510,7 +536,8 @@ def voltage_drive(
         ModelError,
         (
             own is not None and not own.same_dimension(volt / control),
-            f"volts is in {own}. Give the voltage for a control of 1 {unit}, in {volt / control}",
+            f"volts is in {own}. Give volts, the voltage for a control of 1 {unit}, in "
+            f"{volt / control}",
         ),
         (
             own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))),
@@ -549,24 +576,24 @@ def current_drive(
     unit: str = "A",
     **others: Any,
 ) -> Drive:
-    """Return a motor on a controlled current: ``tau = kt n u`` as far as its supply reaches.
+    """Return a motor with controlled current: ``tau = kt n u``, limited by the supply voltage.
 
     Parameters
     ----------
     kt, ratio, efficiency
         As in `voltage_drive`.
     supply : float or Constant
-        Largest voltage at the winding, V: forwards the force is at most ``kt n (supply - ke n dq) /
-        R``, backwards as much at the opposite velocity. Infinite for none.
+        Largest voltage at the winding, V. The forward force is at most ``kt n (supply - ke n dq) /
+        R``; the largest backward force has the same size at the opposite velocity. Infinite for no
+        limit.
     resistance, ke : float or Constant, optional
-        As in `voltage_drive`, for the supply's limit, without which there is neither; ke is kt by
-        default.
+        As in `voltage_drive`; they are given only together with `supply`. ke equals kt by default.
     reach : expression, optional
-        Instead of the last three: the largest forward force as a function of the velocity,
-        `VELOCITY` or that of the coordinate, such as the torque curve of a data sheet; above 0 at
-        rest.
+        Largest forward force as a function of the velocity, `VELOCITY` or that of the coordinate,
+        such as the torque curve of a data sheet; above 0 at rest. It replaces `supply`,
+        `resistance` and `ke`.
     unit : str
-        Unit of the control, a current's.
+        Unit of the control, a current.
     **others
         Arguments of `Drive`: limit, relative_sd, lag, delay, logged, profile.
 
@@ -577,7 +604,8 @@ def current_drive(
     Raises
     ------
     ModelError
-        A figure is out of range or in another unit, or the limit is given twice or in part.
+        A figure is out of range or in another unit, or the limit of the force is given twice or
+        incompletely.
 
     References
     ----------
@@ -604,17 +632,17 @@ def current_drive(
         ),
         code="drive",
     )
-    most = sympy.oo if reach is None else expression(reach, "the drive's reach")
+    limit = sympy.oo if reach is None else expression(reach, "the drive's reach")
     if resistance is not None:
         ohms = figure(resistance, "the resistance", "V/A")
         emf = gain if ke is None else n * figure(ke, "ke", *KE_UNITS)
-        most = sympy.Float(abs(gain) / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
+        limit = sympy.Float(abs(gain) / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
     return MotorDrive(
-        gain=gain, unit=unit, reach=most, efficiency=efficiency, figures=(kt, ke, ratio), **others
+        gain=gain, unit=unit, reach=limit, efficiency=efficiency, figures=(kt, ke, ratio), **others
     )
 
 
-#: The drives that ship, by their names in TOML declarations.
+#: The ready-made drives, by their names in TOML declarations.
 DRIVES: Mapping[str, Callable[..., Drive]] = MappingProxyType(
     {drive.__name__: drive for drive in (voltage_drive, current_drive)}
 )

@@ -1,7 +1,7 @@
-"""The laws that ship, by name, and the cascades, which most drives run.
+"""The ready-made laws by name, and the cascades, which most drives run.
 
-A cascade is a position loop over a velocity loop. Without an integral they are the paper's law and
-the one recovered from the EMPS record.
+A cascade is a position loop over a velocity loop. The cascades without an integral include the law
+of the paper and the law recovered from the EMPS record.
 """
 
 import math
@@ -20,7 +20,7 @@ from .velocity_and_anti_windup import commanded, formed_velocity, joined, ready_
 def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:
     """Return a position loop over a velocity loop, with an ideal velocity sensor.
 
-    ``control = kv (kp (reference - q) - dq)``, evaluated once a period and held.
+    ``control = kv (kp (reference - q) - dq)``, evaluated once per period and held.
 
     Parameters
     ----------
@@ -42,11 +42,11 @@ def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False)
 
 
 def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
-    """Return a cascade with averaged encoder velocity: the law that the EMPS drive follows.
+    """Return a cascade with averaged encoder velocity, the law of the EMPS drive.
 
     The velocity is the difference of the means of two successive positions,
-    ``(q[k] - q[k-2]) / (2 period)``. Recovered from the record of [Janot2019]_, whose control it
-    reproduces to 0.24 % of its norm.
+    ``(q[k] - q[k-2]) / (2 period)``. The law was recovered from the record of [Janot2019]_: it
+    reproduces the recorded control to 0.24 % of the norm of the control.
     """
     return _cascade("averaged", "averaged encoder velocity", kp=kp, kv=kv, period=period)
 
@@ -54,19 +54,20 @@ def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
 def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
     """Return a cascade whose velocity is the difference of two successive encoder positions.
 
-    ``(q[k] - q[k-1]) / period``, as simple drives form it: half a sample late, and coarse.
+    The velocity is ``(q[k] - q[k-1]) / period``, as in simple drives: it lags by half a sample, and
+    is coarse because of the encoder's resolution.
     """
     return _cascade("difference", "encoder difference", kp=kp, kv=kv, period=period)
 
 
-def _cascade(how: str, said: str, *, kp: float, kv: float, period: float) -> ControlLaw:
+def _cascade(how: str, description: str, *, kp: float, kv: float, period: float) -> ControlLaw:
     """Return a position loop over a velocity loop, both proportional.
 
     Parameters
     ----------
     how : str
         Formation of the velocity, as in `formed_velocity`.
-    said : str
+    description : str
         Description of the velocity, for the law's name.
     kp, kv : float
         Gains, 1/s and control over velocity.
@@ -75,7 +76,7 @@ def _cascade(how: str, said: str, *, kp: float, kv: float, period: float) -> Con
     """
     formed, _ = formed_velocity(how)
     return ControlLaw(
-        name=f"cascade PD, {said}",
+        name=f"cascade PD, {description}",
         period=period,
         output=gain("kv") * (gain("kp") * (REFERENCE - MEASURED_POSITION) - formed.value),
         gains={"kp": kp, "kv": kv},
@@ -90,15 +91,15 @@ CASCADES: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
 
 
 def velocity_variants(law: ControlLaw) -> dict[str, ControlLaw]:
-    """Return the cascade with each other formation of the velocity, by name of the law.
+    """Return the variants of a cascade that form the velocity differently, by name of the law.
 
-    Empty for a law that is not such a cascade.
+    The result is empty for a law that is not one of `CASCADES`.
     """
     if set(law.gains) != {"kp", "kv"} or law.continuous or law.delay:
         return {}
-    made = {name: of(**law.gains, period=law.period) for name, of in CASCADES.items()}
-    others = {name: variant for name, variant in made.items() if variant.output != law.output}
-    return others if len(others) < len(made) else {}
+    cascades = {name: make(**law.gains, period=law.period) for name, make in CASCADES.items()}
+    others = {name: variant for name, variant in cascades.items() if variant.output != law.output}
+    return others if len(others) < len(cascades) else {}
 
 
 def cascade_p_pi(
@@ -133,38 +134,38 @@ def cascade_p_pi(
     period : float
         Sampling period T, s.
     tn : float, optional
-        Integral time, s; no integral without it.
+        Integral time, s; None for no integral.
     velocity : str
         Formation of v in the drive: ``difference`` of two encoder positions, ``averaged`` over two
-        of these, ``pll``, a phase-locked loop, or ``ideal``, a separate sensor that no log
-        contains.
+        such differences, ``pll``, a phase-locked loop, or ``ideal``, a separate velocity sensor
+        that no log contains.
     velocity_filter : float
         Time constant of a low-pass of v, s; 0 for none.
     pll_bandwidth : float
         Bandwidth of the phase-locked loop, rad/s.
     velocity_feed_forward : float
-        f_v, 1 for the whole reference velocity dr.
+        f_v, without unit; 1 for full feed-forward of the reference velocity dr.
     acceleration_feed_forward : float
         f_a, control over acceleration: A/(rad/s^2).
     reference_velocity, reference_acceleration : Signal or expression, optional
-        Recorded columns for dr and ddr, in place of differences of the reference.
+        Recorded columns for dr and ddr, instead of differences of the reference.
     feed_forward : Signal or expression, optional
-        Signal added to the control, in its unit: a recorded torque command.
+        Signal added to the control, in the control's unit, such as a recorded torque command.
     speed_limit : float
         Limit of w, m/s or rad/s.
     anti_windup : str
-        Behaviour of the integral at the drive's limit: ``none``, ``clamping``, it stands still
-        where it would drive the control further beyond; ``back_calculation``, it also gets ``T
-        (u_limited - u) / (kv tracking_time)``.
+        Behaviour of the integral at the drive's limit. ``none``: no change. ``clamping``: the
+        integral stands still where it would drive the control further beyond the limit.
+        ``back_calculation``: ``T (u_limited - u) / (kv tracking_time)`` is added to I.
     tracking_time : float, optional
         Time constant of back-calculation, s; `tn` by default.
 
     Notes
     -----
-    Gains of makers, with the drive's control in Nm or A:
+    Gains of manufacturers, with the drive's control in Nm or A:
 
     ========================  ============================================  =================
-    maker                     theirs                                        here
+    manufacturer              manufacturer's gain                           argument
     ========================  ============================================  =================
     ODrive                    ``pos_gain`` [1/s]                            ``kp``
     ODrive                    ``vel_gain`` [Nm/(turn/s)] / (2 pi)           ``kv``, Nm s/rad
@@ -187,12 +188,13 @@ def cascade_p_pi(
         "acceleration_feed_forward": acceleration_feed_forward,
     }
     gains = {"kp": kp, "kv": kv, **own, **without_zeros(advance)}
-    along, further = commanded("velocity", reference_velocity), added(feed_forward)
+    reference_rate, further = commanded("velocity", reference_velocity), added(feed_forward)
+    # The commanded velocity, with its feed-forward and its limit.
     wanted = gain("kp") * (REFERENCE - MEASURED_POSITION)
     memory = [formed.memory]
     if velocity_feed_forward:
-        wanted += gain("velocity_feed_forward") * along.value
-        memory.append(along.memory)
+        wanted += gain("velocity_feed_forward") * reference_rate.value
+        memory.append(reference_rate.memory)
     if acceleration_feed_forward:
         accelerated = commanded("acceleration", reference_acceleration)
         further += gain("acceleration_feed_forward") * accelerated.value
@@ -200,6 +202,7 @@ def cascade_p_pi(
     if number(speed_limit, "the speed limit of a law", finite=False) != math.inf:
         gains["speed_limit"] = in_range(speed_limit, "the speed limit of a law", positive=True)
         wanted = within(wanted, gain("speed_limit"))
+    # The velocity loop, with an integral if its time is given.
     error = wanted - formed.value
     corrected = error
     if tn is not None:
@@ -219,7 +222,7 @@ def cascade_p_pi(
     )
 
 
-#: The laws that ship, by their names in TOML declarations.
+#: The ready-made laws, by their names in TOML declarations.
 LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
     {
         **CASCADES,

@@ -1,4 +1,4 @@
-"""Laws with one loop: PID, state feedback, virtual spring and damper, and that of Dynamixel."""
+"""Laws with one loop: PID, impedance, state feedback, and the position mode of Dynamixel."""
 
 import math
 
@@ -35,8 +35,8 @@ def pid(
     """Return a PID in parallel form.
 
     ``u = kp e + ki I + kd D + feed_forward`` with ``e = r - q``, ``I[k+1] = I[k] + T e[k]`` and
-    ``D[k] = (Tf D[k-1] + e[k] - e[k-1]) / (Tf + T)``, of the position ``-q`` in place of e where
-    `derivative_of` says so.
+    ``D[k] = (Tf D[k-1] + e[k] - e[k-1]) / (Tf + T)``. With ``derivative_of="position"``, D has
+    ``-q`` instead of e.
 
     Parameters
     ----------
@@ -51,20 +51,20 @@ def pid(
     filter_time : float
         Tf, time constant of the derivative's filter, s; 0 for plain differences.
     derivative_of : str
-        ``error`` or ``position``.
+        Signal of the derivative: ``error`` or ``position``.
     feed_forward : Signal or expression, optional
         Signal added to the control, in its unit.
     anti_windup : str
-        Behaviour of the integral at the drive's limit: ``none``; ``clamping``, it stands still
-        where it would drive the control further beyond; ``back_calculation``, `ki` I also gets ``T
-        (u_limited - u) / tracking_time``.
+        Behaviour of the integral at the drive's limit. ``none``: no change. ``clamping``: the
+        integral stands still where it would drive the control further beyond the limit.
+        ``back_calculation``: ``T (u_limited - u) / tracking_time`` is added to ``ki I``.
     tracking_time : float, optional
         Time constant of back-calculation, s; ``kp / ki`` by default.
 
     Notes
     -----
-    moteus: ``kp`` [Nm/turn], ``kd`` [Nm/(turn/s)] and ``ki`` [Nm/(turn s)] over 2 pi are those
-    here. TwinCAT's D-T1 has the filter time ``Tv / n``.
+    moteus: divide its ``kp`` [Nm/turn], ``kd`` [Nm/(turn/s)] and ``ki`` [Nm/(turn s)] by 2 pi.
+    TwinCAT's D-T1 has the filter time ``Tv / n``.
 
     References
     ----------
@@ -72,7 +72,8 @@ def pid(
     """
     derivative, own = _derivative(derivative_of, filter_time, "kd", kd)
     output = gain("kp") * _ERROR + gain("kd") * derivative.value + added(feed_forward)
-    output += gain("ki") * gain("integral") if ki else 0
+    if ki:
+        output += gain("ki") * gain("integral")
     return ready_law(
         _name(ki, kd),
         period=period,
@@ -109,7 +110,7 @@ def pid_ideal(
     period : float
         Sampling period T, s.
     ti : float, optional
-        Integral time, s; no integral without it.
+        Integral time, s; None for no integral.
     td : float
         Derivative time, s.
     filter_time, derivative_of, feed_forward, anti_windup
@@ -155,11 +156,13 @@ def _derivative(
     Parameters
     ----------
     of : str
-        ``error`` or ``position``, whose derivative has the opposite sign.
+        Signal of the derivative: ``error``, or ``position`` with the opposite sign.
     filter_time : float
         Time constant of the filter, s; 0 for none.
-    name, value : str, float
-        Name and value of the derivative's gain.
+    name : str
+        Name of the derivative's gain.
+    value : float
+        Value of the derivative's gain.
     """
     chosen(of, "derivative_of", ("error", "position"))
     in_range(filter_time, "the filter time of a derivative")
@@ -187,7 +190,7 @@ def impedance(
     reference_velocity: Amount | None = None,
     feed_forward: Amount | None = None,
 ) -> ControlLaw:
-    """Return a virtual spring and damper between reference and axis, with a torque added.
+    """Return an impedance law: a virtual spring and damper between reference and axis.
 
     ``u = kp (r - q) + kd (dr - v) + feed_forward``.
 
@@ -202,30 +205,30 @@ def impedance(
     velocity, velocity_filter, pll_bandwidth
         Formation of v in the drive, as in `cascade_p_pi`.
     reference_velocity : Signal or expression, optional
-        Recorded column for dr, in place of the reference's difference.
+        Recorded column for dr, instead of the difference of the reference.
     feed_forward : Signal or expression, optional
         Signal added to the control, in its unit.
 
     Notes
     -----
-    moteus: ``kp`` [Nm/turn] and ``kd`` [Nm/(turn/s)], times their scales of the command, over 2 pi
-    are those here. The MIT mode of T-Motor's AK drives has them in Nm/rad and Nm s/rad; its
-    registers of 12 bits are ``kp / 500 x 4095`` and ``kd / 5 x 4095``.
+    moteus: multiply its ``kp`` [Nm/turn] and ``kd`` [Nm/(turn/s)] by their scales in the command,
+    and divide them by 2 pi. The MIT mode of T-Motor's AK drives has the gains in Nm/rad and
+    Nm s/rad; its registers of 12 bits are ``kp / 500 x 4095`` and ``kd / 5 x 4095``.
 
     References
     ----------
     [Hogan1985]_; [Pieper2024]_.
     """
     formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
-    along = commanded("velocity", reference_velocity)
+    reference_rate = commanded("velocity", reference_velocity)
     spring = gain("kp") * _ERROR
-    damper = gain("kd") * (along.value - formed.value)
+    damper = gain("kd") * (reference_rate.value - formed.value)
     return ready_law(
         "impedance",
         period=period,
         output=spring + damper + added(feed_forward),
         gains={"kp": kp, "kd": kd, **own},
-        memory=joined(formed.memory, along.memory),
+        memory=joined(formed.memory, reference_rate.memory),
     )
 
 
@@ -257,8 +260,8 @@ def state_feedback(
     period : float
         Sampling period T, s.
     k_reference : float, optional
-        Control over reference; `k_position` by default, with which an axis without load rests at
-        its reference.
+        Control over reference; `k_position` by default, so that an axis without load comes to rest
+        at its reference.
     k_integral : float
         Control over position and time.
     velocity, velocity_filter, pll_bandwidth
@@ -307,7 +310,7 @@ def dynamixel_position(
     counts: float = 4096.0,
     anti_windup: str = "none",
 ) -> ControlLaw:
-    """Return the position mode of Dynamixel X servos: PID and feed-forward in counts, a PWM out.
+    """Return the position mode of Dynamixel X servos: PID and feed-forward, from counts to PWM.
 
     ``u = p/128 e + i/65536 I + d/16 (e[k] - e[k-1]) + ff1/4 (r[k] - r[k-1])
     + ff2/4 (r[k] - 2 r[k-1] + r[k-2])`` with the error ``e = counts/(2 pi) (r - q)`` and the
@@ -318,30 +321,30 @@ def dynamixel_position(
     p, i, d : float
         Registers 84, 82 and 80: Position P, I and D Gain.
     period : float
-        Sampling period of the servo's control, s. The factors of the registers include it, so that
-        no term has it.
+        Sampling period of the servo's control, s. It is contained in the factors of the registers.
     ff1, ff2 : float
         Registers 90 and 88: Feedforward 1st and 2nd Gain.
     counts : float
-        Counts of the encoder per turn of the axis, a rotary one.
+        Counts of the encoder per turn of the axis, which must be rotary.
     anti_windup : str
-        ``none``, ``clamping`` or ``back_calculation``, with the gain ``65536 / i``: the servo has
-        an anti-windup whose gain the manual does not state.
+        ``none``, ``clamping`` or ``back_calculation`` with the gain ``65536 / i``. The servo has an
+        anti-windup, but the manual does not state its gain.
 
     Notes
     -----
-    The control is in units of the register Goal PWM, of 0.113 %: the drive's limit is 885, and its
-    gain is that of a voltage, which falls with the speed.
+    The control is in units of the register Goal PWM, 0.113 % each: the drive's limit is 885. The
+    PWM is a voltage, so the force at a given control falls with the speed.
 
     References
     ----------
     [Robotis2018]_, sections 2.4.26 and following.
     """
     gains = {"p": p, **without_zeros({"i": i, "d": d, "ff1": ff1, "ff2": ff2})}
-    by_count = in_range(counts, "the counts of a turn", positive=True) / (2 * math.pi)
-    error, reference = by_count * _ERROR, by_count * REFERENCE
+    counts_per_rad = in_range(counts, "the counts of a turn", positive=True) / (2 * math.pi)
+    error, reference = counts_per_rad * _ERROR, counts_per_rad * REFERENCE
+    # Position and reference at the last samples, as symbols in rad and as terms in counts.
     before = [sympy.Symbol(name, real=True) for name in ("q1", "reference1", "reference2")]
-    q1, r1, r2 = (by_count * symbol for symbol in before)
+    q1, r1, r2 = (counts_per_rad * symbol for symbol in before)
     terms = {
         "p": error / 128,
         "d": (error - (r1 - q1)) / 16,
@@ -354,9 +357,13 @@ def dynamixel_position(
         Memory("reference1", following=REFERENCE, start=REFERENCE),
         Memory("reference2", following=before[1], start=REFERENCE),
     ]
-    read = output.free_symbols | ({before[1]} if before[2] in output.free_symbols else set())
-    kept = [each for each in memory if each.symbol in read]
-    output += gain("i") / 65536 * gain("integral") if i else 0
+    # Keep the memories that occur; reference2 is updated from reference1.
+    used = set(output.free_symbols)
+    if before[2] in used:
+        used.add(before[1])
+    kept = [each for each in memory if each.symbol in used]
+    if i:
+        output += gain("i") / 65536 * gain("integral")
     return ready_law(
         "Dynamixel position",
         period=period,

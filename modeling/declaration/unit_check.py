@@ -1,4 +1,4 @@
-"""Unit check of the equation of motion: every term is a force, or a torque."""
+"""Check the units of the equation of motion: every term must be a force, or a torque."""
 
 from collections.abc import Collection, Iterable, Mapping
 
@@ -26,11 +26,19 @@ def checked_terms(
 ) -> tuple[str, ...]:
     """Check the unit of every term, and return the terms that could not be checked.
 
-    Symbols, constants, functions and factors 1, 2 and 1/2 must have their units. A term with
-    another plain number passes if its unit is right with that number dimensionless; if not, the
-    number may stand for a quantity with a unit, and the term is returned with the unit that this
-    quantity must have. In a known load, a term without parameters and constants, any number may
-    have a unit.
+    The factors 1, 2 and 1/2 are dimensionless. A term with another plain number is correct if its
+    unit is right with a dimensionless number. If not, the number may stand for a quantity with a
+    unit: the term is then returned as text, with the unit that this quantity must have. In a known
+    load, which is a term without parameters and constants, any number may have a unit.
+
+    Parameters
+    ----------
+    force : sympy.Expr
+        The equation of motion.
+    coordinate : Coordinate
+    parameters : collection of Parameter
+    signals : iterable of Signal or State
+        Further quantities in the equation of motion.
 
     Raises
     ------
@@ -41,30 +49,30 @@ def checked_terms(
     unknown = {p.symbol for p in parameters}
     kind = "linear" if coordinate.unit == "m" else "rotary"
     rest = (
-        f" ({{inside}}), but the drive of a {kind} axis gives {coordinate.force_unit}, as every "
-        "term must. Correct a unit or the term"
+        f" ({{inside}}), but the drive of a {kind} axis gives {coordinate.force_unit}. All terms "
+        "must have this unit. Correct a unit or the term"
     )
     unchecked = []
     for term in sympy.Add.make_args(force):
-        load = not term.free_symbols & unknown and not term.atoms(ConstantSymbol)
+        is_load = not term.free_symbols & unknown and not term.atoms(ConstantSymbol)
         excused = check_unit(
-            term, coordinate.force_unit, units, f"the term {term}", rest, of_numbers=load
+            term, coordinate.force_unit, units, f"the term {term}", rest, of_numbers=is_load
         )
         if excused:
-            carried = ", ".join(dict.fromkeys(map(str, excused)))
-            unchecked.append(f"{term} (correct if its plain numbers have the unit {carried})")
+            missing = ", ".join(dict.fromkeys(map(str, excused)))
+            unchecked.append(f"{term} (correct if its plain numbers have the unit {missing})")
     return tuple(unchecked)
 
 
 def check_states(
     states: Collection[State], coordinate: Coordinate, parameters: Iterable[Parameter]
 ) -> None:
-    """Refuse a state whose part, rate, limit or start does not have the expected unit.
+    """Refuse a state whose parts, rate, limit or start value do not have the expected unit.
 
     Raises
     ------
     ModelError
-        The unit is another one; the message names both units.
+        A unit is not the expected unit; the message names both units.
     """
     units = unit_table(coordinate, (*parameters, *states))
     units |= {state.own: parse_unit(state.unit) for state in states}
@@ -88,7 +96,7 @@ def check_unit(
     *,
     of_numbers: bool = False,
 ) -> list[Unit]:
-    """Return the units that plain numbers must stand for so that an expression has its unit.
+    """Check the unit of an expression, and return the units that its plain numbers must have.
 
     The list is empty if the unit is right with dimensionless numbers. An expression whose unit is
     wrong in any case is refused.
@@ -105,12 +113,12 @@ def check_unit(
     rest : str
         End of the message, with ``{wanted}``, the unit, and ``{inside}``, the units of its symbols.
     of_numbers : bool
-        Whether it contains no parameters and constants; see `UnitReader`.
+        Whether the expression contains no parameters and constants; see `UnitReader`.
 
     Raises
     ------
     ModelError
-        The unit is another one; the message names both units.
+        The unit is not the wanted unit; the message names both units.
     """
     reader = UnitReader(units, loose_numbers=True, of_numbers=of_numbers)
     try:
@@ -130,7 +138,7 @@ def check_unit(
 def unit_table(
     coordinate: Coordinate, others: Iterable[Parameter | Signal | State]
 ) -> dict[sympy.Symbol, Unit]:
-    """Return the unit of each symbol of an equation of motion, by symbol."""
+    """Return the units of the motion and of further quantities, by symbol."""
     motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration)
     table = {
         symbol: parse_unit(coordinate.unit + over)

@@ -22,20 +22,22 @@ _FIXED = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMB
 def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
     """Return the axis with parameters declared as known.
 
-    They remain parameters. If a record alone does not distinguish the physical parameters, the
-    others follow from the known ones, with their uncertainty; if it does, estimate and known value
-    are combined by their weights.
+    The known parameters remain parameters. If a record alone does not distinguish the physical
+    parameters, the unknown parameters follow from the known ones, with their uncertainty. If a
+    record distinguishes them, estimate and known value are combined according to their standard
+    deviations.
 
     Parameters
     ----------
     axis : Axis
     **values : float or (float, float)
-        By name: the value, SI, exact; or with its standard deviation, as in ``m=(2.0, 0.02)``.
+        Known values by name, SI: an exact value, or a value with its standard deviation, as in
+        ``m=(2.0, 0.02)``.
 
     Raises
     ------
     UsageError
-        The axis has no such parameter, or a value is no number or pair.
+        The axis has no such parameter, or a value is a sequence of another length than 2.
     ModelError
         A value is outside its parameter's bounds, or a standard deviation is negative.
     """
@@ -45,21 +47,22 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
         *(
             (
                 isinstance(value, (tuple, list)) and len(value) != 2,
-                f"the fixed value of {name!r} is {value!r}. Give a number, or a number and its "
-                "standard deviation",
+                f"the fixed value of {name!r} is {value!r}. Give a number, or a pair of a number "
+                "and its standard deviation",
             )
             for name, value in values.items()
         ),
         code="parameters",
     )
     pairs = {n: v if isinstance(v, (tuple, list)) else (v, 0.0) for n, v in values.items()}
-    return replace(
-        axis,
-        parameters=tuple(
-            replace(p, known=pairs[p.name][0], known_sd=pairs[p.name][1]) if p.name in pairs else p
-            for p in axis.parameters
-        ),
-    )
+    parameters = []
+    for p in axis.parameters:
+        if p.name in pairs:
+            known, known_sd = pairs[p.name]
+            parameters.append(replace(p, known=known, known_sd=known_sd))
+        else:
+            parameters.append(p)
+    return replace(axis, parameters=tuple(parameters))
 
 
 def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
@@ -82,7 +85,9 @@ def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
                 code="parameters",
             )
         if match[1] in fixed:
-            raise UsageError(f"{match[1]!r} is fixed twice. Fix it once.", code="parameters")
+            raise UsageError(
+                f"{match[1]!r} is fixed twice. Fix each parameter once.", code="parameters"
+            )
         fixed[match[1]] = (float(match[2]), float(match[3] or 0.0))
     return fixed
 
@@ -95,17 +100,18 @@ def known_text(value: float | None, sd: float) -> str:
 def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
     """Return the axis without parameters that a record does not show; the others are identified.
 
-    The known value of a parameter replaces it (see `fix`), otherwise 0, so that its term vanishes;
-    a parameter that enters nonlinearly is fixed at its nominal value. Parameters that then no
-    longer appear are left out too. All are in `Axis.left_out`, and in every result.
+    A parameter that is left out is replaced by its known value (see `fix`), or else by 0, so that
+    its term vanishes. A parameter that enters nonlinearly is replaced by its nominal value instead
+    of 0. Parameters that then no longer occur are left out too. All parameters that are left out
+    are in `Axis.left_out`, and in every result.
 
     Parameters
     ----------
     axis : Axis
     *names : str
-        Names of declared parameters.
+        Names of declared parameters to leave out.
     **values : float
-        Values by name, SI, at which further parameters are fixed and left out.
+        Values by name, SI, by which further parameters are replaced.
 
     Raises
     ------
@@ -113,54 +119,55 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
         The axis has no such parameter, no value can replace one, or no parameter remains to
         identify.
     ModelError
-        Without them the axis has no inertia.
+        The axis has no inertia without these parameters.
     """
     _check_declared(axis, (*names, *values), "leave out")
-    held = {
-        p.symbol: number(values[name], f"the value that stands for {name!r}")
-        if (name := p.name) in values
-        else _held(axis, p)
-        for p in axis.parameters
-        if p.name in names or p.name in values
-    }
+    replacements: dict[sympy.Symbol, float] = {}
+    for p in axis.parameters:
+        if p.name in values:
+            replacements[p.symbol] = number(values[p.name], f"the value that replaces {p.name!r}")
+        elif p.name in names:
+            replacements[p.symbol] = _replacement(axis, p)
     # Replace the parameters by their values, and find the parameters that still occur.
-    numbers = {s: sympy.Float(v) if v else sympy.S.Zero for s, v in held.items()}
+    numbers = {s: sympy.Float(v) if v else sympy.S.Zero for s, v in replacements.items()}
     force, profile = replaced_in(axis.force, numbers), axis.drive.profile.xreplace(numbers)
     inside = (value.free_symbols for state in states_in(force) for value in state.values)
     used = profile.free_symbols.union(force.free_symbols, *inside)
     kept = tuple(p for p in axis.parameters if p.symbol in used)
     if not kept:
-        without = ", ".join(map(str, held))
+        without = ", ".join(map(str, replacements))
         raise UsageError(
             f"axis {axis.name!r} has no parameter to identify without {without}. Leave out fewer "
             "parameters.",
             code="parameters",
         )
-    left = tuple(  # the bounds do not apply to the value that replaces each parameter
+    left_out = tuple(  # the bounds do not apply to the value that replaces a parameter
         replace(
             p,
             lower=-math.inf,
             upper=math.inf,
-            known=held.get(p.symbol, p.nominal),
+            known=replacements.get(p.symbol, p.nominal),
             known_sd=0.0,
         )
         for p in axis.parameters
         if p not in kept
     )
-    experiment, stays = axis.experiment, {p.name for p in kept}
+    experiment, kept_names = axis.experiment, {p.name for p in kept}
+    if experiment is not None:
+        truth = {name: value for name, value in experiment.truth.items() if name in kept_names}
+        experiment = replace(experiment, truth=truth)
     return replace(
         axis,
         parameters=kept,
         force=force,
         drive=replace(axis.drive, profile=profile),
-        experiment=experiment
-        and replace(experiment, truth={n: v for n, v in experiment.truth.items() if n in stays}),
-        left_out=(*axis.left_out, *left),
+        experiment=experiment,
+        left_out=(*axis.left_out, *left_out),
     )
 
 
 def left_out_text(axis: Axis) -> str:
-    """Return left-out parameters with their values and units as text; empty without any."""
+    """Return the parameters that are left out as text, with values and units; empty if none."""
     return ", ".join(
         f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in axis.left_out
     )
@@ -171,8 +178,10 @@ def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
 
     Parameters
     ----------
+    axis : Axis
+    names : iterable of str
     what : str
-        What the caller does to the parameters, for the message: ``fix`` or ``leave out``.
+        Verb for the message: ``fix`` or ``leave out``.
     """
     check_axis(axis)
     declared = [p.name for p in axis.parameters]
@@ -185,11 +194,12 @@ def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
             )
 
 
-def _held(axis: Axis, parameter: Parameter) -> float:
-    """Return the value, SI, at which a left-out parameter is held.
+def _replacement(axis: Axis, parameter: Parameter) -> float:
+    """Return the value, SI, that replaces a parameter that is left out.
 
-    It is the known value, if there is one; otherwise 0 for a parameter that enters linearly, and
-    the nominal value for one that enters nonlinearly or in the equation of an internal state.
+    It is the known value, if there is one. Otherwise it is 0 for a parameter that enters linearly,
+    and the nominal value for a parameter that enters nonlinearly or in the equation of an internal
+    state.
 
     Raises
     ------
@@ -201,9 +211,9 @@ def _held(axis: Axis, parameter: Parameter) -> float:
     expressions = (axis.force, axis.drive.profile)
     inside = (value.free_symbols for state in axis.states for value in state.values)
     symbol = parameter.symbol
-    remembered = symbol in frozenset[sympy.Symbol]().union(*inside)
-    if not remembered and not any(symbol in e.diff(symbol).free_symbols for e in expressions):
-        return 0.0  # it enters linearly
+    is_in_state = symbol in frozenset[sympy.Symbol]().union(*inside)
+    if not is_in_state and not any(symbol in e.diff(symbol).free_symbols for e in expressions):
+        return 0.0  # the parameter enters linearly
     if parameter.nominal:
         return parameter.nominal
     raise UsageError(

@@ -1,7 +1,7 @@
 """Shared parts of ready laws: measured velocity, and integrals with anti-windup.
 
 Anti-windup compares `UNLIMITED_OUTPUT`, the law's own output, with `LIMITED_OUTPUT`, the output
-within the drive's limit.
+clipped at the drive's limit.
 """
 
 from collections.abc import Callable, Mapping
@@ -43,10 +43,10 @@ def formed_velocity(
     Parameters
     ----------
     how : str
-        ``difference`` of two encoder positions, ``averaged`` over two of these, ``pll`` (see
-        `pll_velocity`), or ``ideal``, the velocity of an ideal sensor, which no log has.
+        ``difference`` of two encoder positions, ``averaged`` over two such differences, ``pll``
+        (see `pll_velocity`), or ``ideal``, the velocity of an ideal sensor, which no log contains.
     filter_time : float
-        Time constant of a low-pass behind it, s; 0 for none.
+        Time constant of a low-pass of the formed velocity, s; 0 for none.
     bandwidth : float
         Bandwidth of the phase-locked loop, rad/s.
     """
@@ -55,7 +55,7 @@ def formed_velocity(
     in_range(bandwidth, "the bandwidth pll_bandwidth", positive=how == "pll")
     if bandwidth and how != "pll":
         raise ModelError(
-            f"pll_bandwidth is {bandwidth!r}, but the velocity is {how!r}. Omit it, or give "
+            f"pll_bandwidth is {bandwidth!r}, but velocity is {how!r}. Omit pll_bandwidth, or give "
             "velocity='pll'.",
             code="law",
         )
@@ -71,8 +71,10 @@ def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
     block : Block
     filter_time : float
         The time constant, s.
-    name, memory : str
-        Name of the gain of the law that holds the time constant, and name of the low-pass's memory.
+    name : str
+        Name of the law's gain for the time constant.
+    memory : str
+        Name of the low-pass's memory.
     """
     if not filter_time:
         return block
@@ -82,7 +84,7 @@ def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
 
 _Q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
 _Q2 = Memory("q2", following=_Q1.symbol, start=MEASURED_POSITION)
-#: Ways in which the velocity may be formed, the default first.
+#: Blocks that form the velocity, by name, the default first.
 _FORMED: Mapping[str, Callable[[], Block]] = {
     "difference": lambda: difference(MEASURED_POSITION, name="q1", start=MEASURED_POSITION),
     "averaged": lambda: Block((MEASURED_POSITION - _Q2.symbol) / (2 * PERIOD), (_Q1, _Q2)),
@@ -99,7 +101,7 @@ def commanded(rate: str, recorded: Amount | None) -> Block:
     rate : str
         ``velocity`` or ``acceleration``.
     recorded : Amount or None
-        A recorded signal for it; None for differences of the reference.
+        The recorded velocity or acceleration; None for differences of the reference.
     """
     if recorded is None:
         return reference_velocity() if rate == "velocity" else reference_acceleration()
@@ -107,7 +109,7 @@ def commanded(rate: str, recorded: Amount | None) -> Block:
 
 
 def joined(*parts: tuple[Memory, ...]) -> tuple[Memory, ...]:
-    """Return the memories of several blocks, each name once."""
+    """Return the memories of several blocks as one tuple, each name once."""
     return tuple({memory.name: memory for part in parts for memory in part}.values())
 
 
@@ -138,15 +140,16 @@ def integral(
     output : expression
         u, the law's output, which contains the integral by its name.
     name : str
+        Name of the integral, a memory of the law.
     anti_windup : str
         ``none``; ``clamping``: the integral stands still while the output is beyond the drive's
-        limit and the integral of the error would drive it further; ``back_calculation``:
+        limit and the error would drive the output further beyond; ``back_calculation``:
         ``I[k+1] = I[k] + T (e[k] + (u_limited[k] - u[k]) g)``.
     tracking : expression
-        g of back-calculation: share of the missing control that is added to the integrand, in the
-        unit of the error over the control's.
+        g of back-calculation: factor of ``u_limited - u`` in the integrand, in the unit of the
+        error over the unit of the control.
     start : expression
-        Its value at the first sample; by default the value that balances the load there.
+        Value of the integral at the first sample; by default the value that balances the load.
 
     References
     ----------
@@ -160,9 +163,9 @@ def integral(
         # the slope of an output with kinks is assumed to be positive.
         slope = sympy.diff(output, symbol)
         driven = error if slope.has(sympy.Heaviside, sympy.Derivative) else slope * error
-        # Two comparisons instead of a difference: equal outputs are equal on every machine, whereas
-        # a fused multiplication and addition would give their difference a rounding error. They are
-        # in SymPy's canonical form, which a pickled law has.
+        # Two comparisons instead of the sign of a difference: a fused multiply-add would give the
+        # difference of equal outputs a rounding error on some machines. The comparisons are in
+        # SymPy's canonical form, so that a pickled law is equal to the original.
         outward = sympy.Or(
             sympy.And(LIMITED_OUTPUT < UNLIMITED_OUTPUT, driven > 0),
             sympy.And(LIMITED_OUTPUT > UNLIMITED_OUTPUT, driven < 0),
@@ -174,8 +177,8 @@ def integral(
     return Memory(name, following=following, start=start)
 
 
-#: Numbers of ready laws that are above 0 if they are gains: a time or a limit of 0 makes another
-#: law, or none.
+#: Gains of ready laws that must be above 0: with a time or a limit of 0, the law would be another
+#: law, or would not exist.
 _POSITIVE = (
     "tn",
     "ti",
@@ -199,14 +202,14 @@ def ready_law(
     anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
-    """Return a control law; if its output contains an integral, with the integral's memory.
+    """Return a control law; an integral in its output gets its memory here.
 
     Parameters
     ----------
     name, period, output, gains
-        As in `ControlLaw`.
+        As in `ControlLaw`; the integral in the output is ``gain("integral")``.
     memory
-        The law's memories except the integral's.
+        The law's memories except that of the integral.
     error : expression
         The integrand.
     time : expression
@@ -219,7 +222,7 @@ def ready_law(
     Raises
     ------
     ModelError
-        There is anti-windup without an integral, or a tracking time that is not used.
+        Anti-windup is given without an integral, or a tracking time without back-calculation.
     """
     slope, given = sympy.diff(output, gain("integral")), tracking_time is not None
     refuse(
@@ -227,12 +230,12 @@ def ready_law(
         (
             not slope and (anti_windup != "none" or given),
             f"the law has no integral, but anti_windup is {anti_windup!r}. Omit anti_windup and "
-            "tracking_time, or give the integral's gain",
+            "tracking_time, or give the gain or time of the integral",
         ),
         (
             given and anti_windup != "back_calculation",
-            f"the tracking time is {tracking_time!r}, but anti_windup is {anti_windup!r}. Omit it, "
-            "or give anti_windup='back_calculation'",
+            f"tracking_time is {tracking_time!r}, but anti_windup is {anti_windup!r}. Omit "
+            "tracking_time, or give anti_windup='back_calculation'",
         ),
         code="law",
     )
@@ -243,8 +246,8 @@ def ready_law(
         }
     if slope:
         tracking = 1 / (slope * (gain("tracking_time") if given else time))
-        held = integral(error, output, anti_windup=anti_windup, tracking=tracking)
-        memory = joined(memory, (held,))
+        integrated = integral(error, output, anti_windup=anti_windup, tracking=tracking)
+        memory = joined(memory, (integrated,))
     return ControlLaw(
         name=name,
         period=period,

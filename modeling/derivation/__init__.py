@@ -1,8 +1,8 @@
-"""The models of an axis.
+"""Derive the models of an axis.
 
-In: `Axis`. Out: `AxisModel`: inverse and direct model, the map between their parameters, base
-parameters and the null space, and a description of all these in sentences. Knows nothing of text
-files and of code.
+In: `Axis`. Out: `AxisModel`, with the inverse and direct models, the map between their parameters,
+the base parameters and the null space; and a description of the models in sentences. Knows nothing
+of text files and of generated code.
 """
 
 from .base_model import BaseModel as BaseModel, base_model as base_model

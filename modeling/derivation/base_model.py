@@ -5,10 +5,10 @@ a record determines only these combinations. This module derives the combination
 parameters*, declares the axis again with them as its parameters, and keeps the map from the
 declared parameters to them.
 
-``force = sum of mu_j(parameters) f_j(motion)``, with a monomial mu_j of the parameters and a
-function f_j of the motion. A matrix that has one column for each f_j and one row for each of many
-independent motions has a reduced row echelon form R. ``R mu`` is the smallest set of combinations
-on which the force depends.
+The force is ``sum of mu_j(parameters) f_j(motion)``, with a monomial mu_j of the parameters and a
+function f_j of the motion. Let R be the reduced row echelon form of the matrix with the values of
+the f_j, one column for each f_j and one row for each of many independent motions. ``R mu`` is then
+the smallest set of combinations on which the force depends.
 """
 
 import math
@@ -58,13 +58,14 @@ class Terms:
     pivots : tuple of int
         For each row, the column of its leading 1, an index into `monomials`.
     nonlinear : frozenset of sympy.Symbol
-        Parameters that enter other than by whole powers. They are treated like quantities of the
+        Parameters that do not enter by whole powers only. They are treated like quantities of the
         motion, and each has its own row and column.
     undecided : tuple of tuple of tuple of int
-        Groups of monomials whose functions of the motion agreed at all evaluated points, although
-        it is not proved that they are equal.
+        Groups of monomials whose functions of the motion were linearly dependent at all evaluated
+        points, although the dependence is not proved.
     rounded : bool
-        Whether some functions are equal only if decimals that the user rounded are ignored.
+        Whether some functions are dependent only if rounding errors of declared decimals are
+        ignored.
     """
 
     monomials: tuple[Exponents, ...]
@@ -86,8 +87,8 @@ def force_terms(
     """Return the combinations of monomials of the parameters on which a force depends.
 
     The force is expanded into monomials of the parameters, each times a function of the motion. The
-    functions are reduced to independent ones. Each parameter that is not in a whole power then gets
-    a monomial, a row and a column of its own, and columns that are zero in every row are removed.
+    functions are reduced to independent functions. Each nonlinear parameter then gets its own
+    monomial, row and column, and columns that are zero in every row are removed.
 
     Parameters
     ----------
@@ -98,8 +99,8 @@ def force_terms(
     differing : sequence of mapping of sympy.Symbol to number
         Points at which functions that appeared equal are known to differ.
     merged : bool
-        Whether a function that is a linear combination of others is removed. Otherwise all
-        functions are kept, and such a combination is listed in `Terms.undecided`.
+        Whether a function that is a linear combination of other functions is merged with them.
+        Otherwise all functions are kept, and such a combination is listed in `Terms.undecided`.
 
     Raises
     ------
@@ -112,7 +113,9 @@ def force_terms(
         try:
             value_at(node, {})
         except CANNOT as error:
-            raise NotRealError(f"{node} has no finite real value.") from error
+            raise NotRealError(
+                f"{node} has no finite real value. Write a force that is finite and real."
+            ) from error
     # Expand the force in the parameters that enter by whole powers.
     nonlinear = Coefficients(force, parameters).nonlinear
     terms = Coefficients(force, parameters, nonlinear).terms
@@ -164,7 +167,8 @@ class BaseModel:
     declared : Axis
         The axis as declared.
     axis : Axis
-        The same axis, linear in its base parameters; `declared` itself if it already was.
+        The same axis, linear in its base parameters; `declared` itself if the declared parameters
+        are base parameters.
     expressions : tuple of sympy.Expr
         Length b; each base parameter as a function of the declared ones.
     exponents : tuple of tuple of int
@@ -172,16 +176,17 @@ class BaseModel:
     weights : tuple of tuple of float
         (b, k); weight of each monomial in each base parameter.
     unidentifiable : tuple of dict
-        Null space of the map's Jacobian at a generic point: changes of the declared parameters
-        that no motion shows.
+        Changes of the declared parameters that no motion shows: the null space of the Jacobian of
+        the base parameters.
     undetermined : tuple of dict
-        The remaining null space if the declared parameters that are known are fixed.
+        Such changes with the known declared parameters fixed.
     undecided : tuple of tuple of sympy.Expr
-        Groups of products of the declared parameters between whose forces no difference was found,
-        although no proof that there is none; for a single product, no effect was found. All of them
-        are kept.
+        Groups of products of the declared parameters whose forces could not be distinguished,
+        although it is not proved that they are equal. For a group of one product, no effect was
+        found. All these products are kept.
     rounded : bool
-        Whether base parameters are sums of declared ones except for decimals that the user rounded.
+        Whether parameters were merged whose functions of the motion are equal only if rounding
+        errors of declared decimals are ignored.
     """
 
     declared: Axis
@@ -206,7 +211,7 @@ class BaseModel:
 
     @property
     def combined(self) -> tuple[tuple[Parameter, sympy.Expr], ...]:
-        """Return the base parameters that are not declared ones, each with its expression.
+        """Return the base parameters that are not declared parameters, each with its expression.
 
         The expression is a function of the declared parameters.
         """
@@ -214,7 +219,7 @@ class BaseModel:
         return tuple((p, value) for p, value in pairs if p.symbol != value)
 
     def at(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Return the base parameters (b,), SI, for declared ones (p,)."""
+        """Return the values (b,) of the base parameters, SI, for declared parameters (p,)."""
         sizes = [
             math.prod(v**e for v, e in zip(values, powers, strict=True) if e)
             for powers in self.exponents
@@ -234,18 +239,18 @@ def base_model(
 ) -> BaseModel:
     """Derive the base parameters of an axis, and the axis declared in them.
 
-    A parameter that enters other than by sums of products of whole powers is treated like a
-    quantity of the motion, and remains unchanged. The function finds the independent combinations
-    of parameters, refuses parameters without effect, sorts the combinations by the declared
-    parameter that leads each of them, and rewrites the axis unless the combinations are the
+    A parameter that does not enter by sums of products of whole powers is treated like a quantity
+    of the motion, and remains unchanged. The function finds the independent combinations of
+    parameters, refuses parameters without effect, sorts the combinations by the first declared
+    parameter in the leading monomial of each, and rewrites the axis unless the combinations are the
     declared parameters themselves.
 
     Parameters
     ----------
     axis : Axis
     balance : sympy.Expr, optional
-        The force of the axis with the friction direction in place of ``sign(dq)``, if it is
-        derived already.
+        The force of the axis with the friction direction in place of ``sign(dq)``; derived here by
+        default.
     differing : sequence of mapping of sympy.Symbol to number
         Points at which the force in base parameters was found to differ from the declared force.
     merged : bool
@@ -260,7 +265,7 @@ def base_model(
 
     References
     ----------
-    [GautierKhalil1990]_; here by a reduced row echelon form, so that it holds for any force.
+    [GautierKhalil1990]_; here by a reduced row echelon form, which applies to any force.
     """
     q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
     if balance is None:
@@ -268,13 +273,17 @@ def base_model(
     found = force_terms(balance, q.velocity, symbols, differing, merged=merged)
     cancelled = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in found.monomials)]
     if cancelled:
-        raise ModelError(f"{', '.join(cancelled)} has no effect: its terms cancel. Remove it.")
+        names, verb = ", ".join(cancelled), "has" if len(cancelled) == 1 else "have"
+        raise ModelError(
+            f"{names} {verb} no effect on the force, because all terms of {names} cancel. Remove "
+            f"{names} from the declaration."
+        )
     # The monomial that leads each combination decides the order of the base parameters.
     leads = [found.monomials[pivot] for pivot in found.pivots]
     places = sorted(range(len(leads)), key=lambda i: _first(leads[i]))
     table = [found.rows[i] for i in places]
     expressions = tuple(_expression(row, found.monomials, symbols) for row in table)
-    same = expressions == symbols
+    is_unchanged = expressions == symbols
     known = {p.symbol for p in axis.parameters if p.known is not None}
     base = BaseModel(
         declared=axis,
@@ -282,18 +291,20 @@ def base_model(
         expressions=expressions,
         exponents=found.monomials,
         weights=tuple(tuple(map(float, row)) for row in table),
-        unidentifiable=() if same else null_space(table, found.monomials, axis.parameters),
-        undetermined=() if same else null_space(table, found.monomials, axis.parameters, known),
+        unidentifiable=() if is_unchanged else null_space(table, found.monomials, axis.parameters),
+        undetermined=()
+        if is_unchanged
+        else null_space(table, found.monomials, axis.parameters, known),
         undecided=tuple(tuple(_product(e, symbols) for e in group) for group in found.undecided),
         rounded=found.rounded,
     )
-    if same:
+    if is_unchanged:
         return base
     return replace(base, axis=_reduced(base, [leads[i] for i in places], found.nonlinear))
 
 
 def declared_as_base(axis: Axis) -> BaseModel:
-    """Return an axis with its declared parameters as base parameters, without combining any."""
+    """Return an axis with its declared parameters as base parameters, without combinations."""
     count = range(len(axis.parameters))
     return BaseModel(
         declared=axis,
@@ -307,9 +318,9 @@ def declared_as_base(axis: Axis) -> BaseModel:
 
 
 def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
-    """Return the sorting key of a base parameter that a monomial with these exponents leads.
+    """Return the sorting key of a base parameter, from the exponents of its leading monomial.
 
-    It is the place of the first declared parameter in the monomial, then the degree.
+    It is the index of the first declared parameter in the monomial, then the degree.
     """
     return next(j for j, e in enumerate(exponents) if e), sum(exponents), exponents
 
@@ -317,7 +328,7 @@ def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
 def _expression(
     row: Row, monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]
 ) -> sympy.Expr:
-    """Return the sum of weighted products of parameters that a row of weights describes."""
+    """Return the sum of monomials of the parameters with the weights of a row."""
     return sympy.Add(
         *(
             sympy.Rational(weight.numerator, weight.denominator) * _product(e, symbols)
@@ -328,7 +339,7 @@ def _expression(
 
 
 def _product(exponents: Exponents, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
-    """Return the product of powers of the parameters."""
+    """Return a monomial of the parameters from its exponents."""
     return sympy.Mul(*(p**power for p, power in zip(symbols, exponents, strict=True) if power))
 
 
@@ -366,7 +377,7 @@ def _reduced(
 
 
 def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]:
-    """Return the true values of the axis's synthetic twin by base parameter, SI."""
+    """Return the true values of the base parameters of the axis's synthetic twin, SI, by name."""
     experiment, declared = base.declared.experiment, base.declared.parameters
     truth = experiment.truth if experiment else {}
     values = base.at([truth.get(p.name, p.nominal) for p in declared])
@@ -374,10 +385,20 @@ def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]
 
 
 def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Parameter:
-    """Return a new parameter for the base parameter number `i`, which is not a declared one.
+    """Return a new parameter for a base parameter that is not a declared parameter.
 
-    Its unit is that of its leading monomial `lead`. Its nominal value and bounds follow from those
-    of the declared parameters. The name is added to `taken`, the names in use in lower case.
+    Its unit is the unit of its leading monomial. Its nominal value and bounds follow from those of
+    the declared parameters.
+
+    Parameters
+    ----------
+    base : BaseModel
+    i : int
+        Index of the base parameter.
+    lead : tuple of int
+        Exponents of its leading monomial.
+    taken : set of str
+        Names in use, in lower case; the new name is added.
     """
     declared = base.declared.parameters
     start = [p.nominal if p.known is None else p.known for p in declared]
@@ -395,7 +416,8 @@ def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Para
 def _bounds(base: BaseModel, i: int) -> tuple[float, float]:
     """Return the lower and upper bound of base parameter number `i`; infinite if unknown.
 
-    Bounds are known only if the parameters in it are at least 0 and all its weights are positive.
+    Bounds are known only if the declared parameters in it are at least 0 and its weights are
+    positive.
     """
     inside = base.expressions[i].free_symbols
     low, high = (
@@ -416,7 +438,8 @@ def _name(base: BaseModel, i: int) -> str:
     text = ""
     for weight, powers in zip(base.weights[i], base.exponents, strict=True):
         if weight:
-            text += "" if not text else "_plus_" if weight > 0 else "_minus_"
+            if text:
+                text += "_plus_" if weight > 0 else "_minus_"
             text += "_".join(
                 f"{name}{e if e > 1 else ''}" for name, e in zip(names, powers, strict=True) if e
             )

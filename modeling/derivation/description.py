@@ -1,4 +1,4 @@
-"""Describe identifiability and the derived models, in sentences and formulas."""
+"""Describe identifiability and the derived models with sentences and formulas."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from sympy.utilities.iterables import connected_components
 from axisid.modeling.declaration import known_text
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
 from axisid.support.missing import Missing
+from axisid.support.wording import listed
 
 from .base_model import BaseModel
 from .direct import ParameterMap
@@ -22,16 +23,16 @@ _MOST_DIRECTIONS = 4
 
 
 def undetermined_names(base: BaseModel) -> tuple[str, ...]:
-    """Return the names of declared parameters that record and known values do not determine."""
-    open_ = {s for direction in base.undetermined for s in direction}
-    return tuple(p.name for p in base.declared.parameters if p.symbol in open_)
+    """Return the names of declared parameters that a record and known values do not determine."""
+    undetermined = {s for direction in base.undetermined for s in direction}
+    return tuple(p.name for p in base.declared.parameters if p.symbol in undetermined)
 
 
 def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
     """Return one sentence for each group of parameters that no motion can distinguish."""
     return tuple(
-        f"{_listed(names)} cannot be distinguished, because a record shows only "
-        f"{_seen(base, names)}: no motion shows a change of {_directions(directions)}"
+        f"{listed(names)} cannot be distinguished, because a record shows only "
+        f"{_combinations(base, names)}: no motion shows a change of {_directions(directions)}"
         for names, directions in _groups(base, base.unidentifiable)
     )
 
@@ -39,21 +40,22 @@ def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
 def describe_undecided(base: BaseModel) -> tuple[str, ...]:
     """Return one sentence for each group of parameters that may have the same effect.
 
-    For these parameters neither a difference was found nor a proof that there is none.
+    For these parameters, neither a difference of their effects was found, nor a proof that the
+    effects are equal.
     """
     found = []
     for group in base.undecided:
         *others, last = map(str, group)
         if others:
             found.append(
-                f"No motion was found that distinguishes {last} and {_listed(others)}, and no "
-                "proof that there is none. All of them are kept. Check their standard errors with "
-                "`axisid identify`."
+                f"No motion was found that distinguishes {last} and {listed(others)}, and no "
+                "proof was found that there is no such motion. All these parameters are kept. "
+                "Check their standard errors with `axisid identify`."
             )
         else:
             found.append(
-                f"No effect of {last} was found, and no proof that there is none. The parameter is "
-                "kept. Check its standard error with `axisid identify`."
+                f"No effect of {last} was found, and no proof was found that {last} has no effect. "
+                "The parameter is kept. Check its standard error with `axisid identify`."
             )
     return tuple(found)
 
@@ -61,11 +63,13 @@ def describe_undecided(base: BaseModel) -> tuple[str, ...]:
 def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
     """Return one sentence for each group of parameters that a record does not determine.
 
-    The sentence states which of the group must be known so that the record determines the rest.
+    The sentence states which parameters of the group must be known so that the record determines
+    the rest.
     """
     return tuple(
-        f"{_listed(names)} cannot be distinguished, because a record shows only "
-        f"{_seen(base, names)}: the rest follows if {_missing(base, names, directions)} known"
+        f"{listed(names)} cannot be distinguished, because a record shows only "
+        f"{_combinations(base, names)}: the rest follows if "
+        f"{_to_be_known(base, names, directions)} known"
         for names, directions in _groups(base, base.undetermined)
     )
 
@@ -73,37 +77,38 @@ def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
 def describe_determined(base: BaseModel) -> str:
     """Return a clause that lists the declared parameters that a record determines.
 
-    It names the values that must be known for this. It is empty if a record, with the known values,
+    The clause also lists the known values. It is empty if a record, together with the known values,
     determines no declared parameter.
     """
-    lost = undetermined_names(base)
-    found = [p.name for p in base.declared.parameters if p.name not in lost]
+    undetermined = undetermined_names(base)
+    found = [p.name for p in base.declared.parameters if p.name not in undetermined]
     if not found:
         return ""
     known = [f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in base.known]
     condition = f", with {', '.join(known)} known" if known else ""
     follows = "follows" if len(found) == 1 else "follow"
-    return f"{_listed(found)} {follows} from a record{condition}"
+    return f"{listed(found)} {follows} from a record{condition}"
 
 
 def _groups(
     base: BaseModel, directions: Sequence[NullSpaceVector]
 ) -> list[tuple[list[str], list[NullSpaceVector]]]:
-    """Return the unidentifiable directions in groups that have a parameter in common.
+    """Return groups of unidentifiable directions, connected by common parameters.
 
     Each group comes with the names of its parameters, in their declared order.
     """
-    places = range(len(directions))
-    sharing = [(i, j) for i, j in combinations(places, 2) if {*directions[i]} & {*directions[j]}]
-    groups = [[directions[i] for i in sorted(g)] for g in connected_components((places, sharing))]
+    indices = range(len(directions))
+    sharing = [(i, j) for i, j in combinations(indices, 2) if {*directions[i]} & {*directions[j]}]
+    components = connected_components((indices, sharing))
+    groups = [[directions[i] for i in sorted(component)] for component in components]
     order = [p.symbol for p in base.declared.parameters]
     return [([str(s) for s in order if any(s in d for d in group)], group) for group in groups]
 
 
-def _seen(base: BaseModel, names: Iterable[str]) -> str:
+def _combinations(base: BaseModel, names: Iterable[str]) -> str:
     """Return the base parameters that contain any of the named parameters, as text."""
     wanted = set(names)
-    return _listed(
+    return listed(
         [
             str(rounded(value))
             for value in base.expressions
@@ -114,30 +119,34 @@ def _seen(base: BaseModel, names: Iterable[str]) -> str:
 
 def _directions(directions: Sequence[NullSpaceVector]) -> str:
     """Return unidentifiable directions as text, at most four of them, and the count of the rest."""
-    said = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
-    more = len(directions) - len(said)
-    listed = " or ".join([*said, f"{more} more"] if more else said)
-    decimal = any(weight.is_Float for direction in directions for weight in direction.values())
-    return f"{listed} (at the nominal values)" if decimal else listed
+    texts = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
+    more = len(directions) - len(texts)
+    if more:
+        texts.append(f"{more} more")
+    text = " or ".join(texts)
+    is_decimal = any(weight.is_Float for direction in directions for weight in direction.values())
+    return f"{text} (at the nominal values)" if is_decimal else text
 
 
-def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]) -> str:
+def _to_be_known(
+    base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]
+) -> str:
     """Return a clause on which parameters of a group must be known to identify the rest.
 
     For one unidentifiable direction, any one parameter of the group is enough: "one of m, l is".
     For several directions, as many parameters must be known as there are directions, and the clause
-    gives an example: "2 of them, such as m and l, are".
+    gives an example: "2 of these parameters, such as m and l, are".
     """
     if len(directions) == 1:
         return f"one of {', '.join(names)} is"
-    enough = _enough(base, names, directions)
-    return f"{len(directions)} of them, such as {_listed([names[j] for j in enough])}, are"
+    example = listed([names[j] for j in _sufficient(base, names, directions)])
+    return f"{len(directions)} of these parameters, such as {example}, are"
 
 
-def _enough(
+def _sufficient(
     base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]
 ) -> tuple[int, ...]:
-    """Return places of parameters of a group that identify the rest if they are known.
+    """Return indices of parameters of a group that identify the rest if they are known.
 
     They are the pivot columns of the matrix of unidentifiable directions (one row for each
     direction, one column for each name). Numbers are used in place of the parameters, because
@@ -152,37 +161,32 @@ def _enough(
     return min(found, key=lambda pivots: (-len(pivots), pivots))
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Return names as ``a, b and c``."""
-    *others, last = names
-    return f"{', '.join(others)} and {last}" if others else last
-
-
 def describe_loss(direction: NullSpaceVector) -> str:
-    """Return a clause on a change that no motion shows and the combinations that a record shows.
+    """Return a clause on a change that no motion shows, and the combinations that a record shows.
 
     If the weights depend on the values of the parameters, only the parameters are named.
     """
     if any(weight.is_Float for weight in direction.values()):
-        names = _listed([*map(str, direction)])
+        names = listed([*map(str, direction)])
         if len(direction) == 1:
             return f"no motion shows a change of {names} at the nominal values"
         return f"no motion distinguishes {names} at the nominal values"
-    lost = f"no motion shows a change of {describe_direction(direction)}"
+    clause = f"no motion shows a change of {describe_direction(direction)}"
     if len(direction) == 1:
-        return lost
+        return clause
+    # With each other parameter, the first parameter has a combination that the change keeps.
     (pivot, size), *others = direction.items()
-    combinations = []
+    identifiable = []
     for p, weight in others:
         ratio = -float(weight) / float(size)  # the value of p + ratio * pivot does not change
         first, second, factor = (p, pivot, ratio) if abs(ratio) > 1 else (pivot, p, 1 / ratio)
         scale = "" if abs(factor) == 1 else f"{abs(factor):.4g} "
-        combinations.append(f"{first} {'+' if factor > 0 else '-'} {scale}{second}")
-    return f"{lost}; only {', '.join(combinations)} can be identified"
+        identifiable.append(f"{first} {'+' if factor > 0 else '-'} {scale}{second}")
+    return f"{clause}; only {', '.join(identifiable)} can be identified"
 
 
 def describe_direction(direction: NullSpaceVector) -> str:
-    """Return the parameters that can change together unnoticed: ``m +1, J -0.25``, ``m +m, l -l``.
+    """Return a change that no motion shows as text: ``m +1, J -0.25`` or ``m +m, l -l``.
 
     The number or expression after each parameter is its weight in the change.
     """
@@ -194,7 +198,9 @@ def _signed(weight: sympy.Expr) -> str:
     if weight.is_number:
         return f"{float(weight):+.4g}"
     text = str(rounded(weight))
-    return f"+({text})" if weight.is_Add else text if text.startswith("-") else f"+{text}"
+    if weight.is_Add:
+        return f"+({text})"
+    return text if text.startswith("-") else f"+{text}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,8 +241,8 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
         states = Section(
             title="Internal states",
             lines=tuple(line for state in model.states for line in _of_state(state)),
-            note="internal states of friction, by their rates of change; they are not recorded, "
-            "so there are no regressors and no least squares: fit the simulated loop",
+            note="the rates of change of the internal states of friction; the states are not "
+            "recorded, so there are no regressors and no least squares: fit the simulated loop",
         )
         return (inverse, states, forward, *unchecked)
     base = Section(
@@ -245,8 +251,8 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             Formula(name=p.symbol, value=rounded(value), unit=p.unit)
             for p, value in model.base.combined
         ),
-        note="the identifiable combinations: the force is linear in them and in the other "
-        "parameters",
+        note="the identifiable combinations of parameters; the force is linear in these "
+        "combinations and in the other parameters",
     )
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
@@ -280,11 +286,14 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
 
 
 def _of_state(state: StateEquation) -> Iterator[Formula | str]:
-    """Return the formulas of an internal state: rate, and limit and start if it has them."""
+    """Yield the formulas of an internal state: the rate, and the limit and the start if not 0."""
     yield Formula(name=sympy.Symbol(f"d{state.symbol}", real=True), value=state.rate)
     if state.limit is not None:
         yield Formula(name=sympy.Symbol(f"{state.symbol}_limit", real=True), value=state.limit)
-        yield f"{state.symbol} stays at its limit, on either side, while the motion drives it on"
+        yield (
+            f"{state.symbol} stays at plus or minus its limit while the motion drives "
+            f"{state.symbol} further"
+        )
     if not state.start.is_zero:
         yield Formula(name=sympy.Symbol(f"{state.symbol}_start", real=True), value=state.start)
 
@@ -294,14 +303,14 @@ def _conventions(force: sympy.Expr) -> str:
     notes = (
         (
             DIRECTION in force.free_symbols,
-            "direction is the sign of the velocity; between -1 and 1 while the axis sticks",
+            "direction is the sign of the velocity, and between -1 and 1 while the axis sticks",
         ),
         (
             force.has(sympy.Heaviside),
             "Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0",
         ),
     )
-    return "; ".join(said for is_there, said in notes if is_there)
+    return "; ".join(note for is_needed, note in notes if is_needed)
 
 
 def _direct_sections(ddm: Regressor, mapping: ParameterMap) -> list[Section]:

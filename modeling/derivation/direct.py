@@ -1,13 +1,12 @@
 """The direct dynamic model: acceleration from force, its regressor and its parameter map.
 
 With constant inertia ``I = a . theta`` the acceleration ``(tau - h) / I`` is linear in ``1/I`` and
-the quotients ``p/I``. One parameter of the inertia, the *pivot*, is expressed by the others,
-because by ``a . theta / I = 1`` there is one quotient too many. A known part of the inertia moves
-to the first column.
+the quotients ``p/I``. By ``a . theta / I = 1`` there is one quotient too many: one parameter of the
+inertia, the *pivot*, is therefore expressed by the other parameters. A known part of the inertia is
+included in the first column.
 
 The paper inverts the map ``theta_ddm = [1/I, p/I, ...]`` by hand and gives no standard errors for
-the result; here the map, its inverse and both Jacobians are derived, as the delta method needs
-them.
+the result. Here the map, its inverse and both Jacobians, which the delta method needs, are derived.
 """
 
 from collections.abc import Mapping
@@ -65,8 +64,8 @@ class ParameterMap:
 def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
     """Return the coefficient of the acceleration in the inverse dynamics.
 
-    It is written without position, velocity and friction direction where it does not depend on
-    them.
+    If it does not depend on the position, the velocity or the friction direction, it is written
+    without this symbol.
 
     Raises
     ------
@@ -78,8 +77,8 @@ def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
     if inertia is None:
         raise ModelError(
             f"the force is not linear in the acceleration {coordinate.acceleration}: its "
-            f"derivative is {multiplied_out(found, powers=False)}. A mechanical axis has one "
-            "inertia times one acceleration."
+            f"derivative is {multiplied_out(found, powers=False)}. Write the force as one inertia "
+            "times the acceleration, plus terms without the acceleration."
         )
     for motion in (coordinate.symbol, coordinate.velocity, DIRECTION):
         constant = without(inertia, {motion})
@@ -96,7 +95,7 @@ def direct_dynamics(balance: sympy.Expr, profile: sympy.Expr, coordinate: Coordi
         The force that the motion needs, equal to ``profile tau``, with the friction direction in
         place of ``sign(dq)``.
     profile : sympy.Expr
-        Force of the drive over its nominal value, by position.
+        Force of the drive divided by its nominal value, a function of the position.
     coordinate : Coordinate
     """
     rest = balance.xreplace({coordinate.acceleration: sympy.S.Zero})
@@ -109,7 +108,7 @@ def direct_model(
     inertia: sympy.Expr,
     coordinate: Coordinate,
 ) -> tuple[Regressor, ParameterMap] | Missing:
-    """Return the direct model's regressor and parameter map; Missing, with the reason, without one.
+    """Return the direct model's regressor and parameter map; Missing if there is none.
 
     ``ddq = columns . theta_ddm + intercept``, for constant inertia ``I``. The first column
     multiplies ``1/I``. The other columns multiply the quotients ``p/I`` of all parameters except
@@ -129,7 +128,8 @@ def direct_model(
     Returns
     -------
     (Regressor, ParameterMap) or Missing
-        Missing if a parameter enters nonlinearly, or the inertia depends on the motion.
+        Missing, with the reason, if a parameter enters nonlinearly, or the inertia depends on the
+        motion.
 
     References
     ----------
@@ -147,7 +147,8 @@ def direct_model(
         )
     free, scales = _shares(inertia, parameters)
     still = {coordinate.acceleration: sympy.S.Zero}
-    known, *columns = (each.xreplace(still) for each in (idm.intercept, *idm.columns))
+    # The inverse model without the acceleration: known part and columns.
+    known, *columns = (part.xreplace(still) for part in (idm.intercept, *idm.columns))
     symbols = tuple(sympy.Symbol(f"theta{i + 1}", real=True) for i in range(len(parameters)))
     if not scales:
         regressor = Regressor(
@@ -167,7 +168,7 @@ def direct_model(
         regressor = Regressor(columns=(first, *quotients.values()), intercept=-share)
         whole = sympy.Add(free, *(p * scale for p, scale in scales.items()))
         forward = sympy.Matrix([1 / whole, *(p / whole for p in quotients)])
-        # I = 1/theta1, p = thetaj/theta1, and the pivot from the inertia's definition.
+        # The inverse map: I = 1/theta1, p = thetaj/theta1, and the pivot from I = a . theta.
         over, slope = 1 / symbols[0], whole.diff(pivot)
         values = {p: t * over for p, t in zip(quotients, symbols[1:], strict=True)}
         shared = (whole - pivot * slope).subs(values, simultaneous=True)
@@ -191,12 +192,19 @@ def _shares(
 ) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
     """Return the part of an inertia without parameters, and its derivatives by the parameters.
 
-    The inertia is affine in the parameters. Derivatives that are 0 are left out.
+    The inertia is affine in the parameters. Derivatives that are 0 are omitted.
+
+    Raises
+    ------
+    ModelError
+        The part without parameters has no finite value.
     """
     unknown = frozenset(parameters)
     slopes = {p: without(inertia.diff(p), unknown) for p in parameters}
     found = {p: slope for p, slope in slopes.items() if slope is not None and slope != 0}
     free = intercept(inertia, found)
     if free is None:
-        raise ModelError(f"the inertia {inertia} has no finite value. Write it in another form.")
+        raise ModelError(
+            f"the inertia {inertia} has no finite value. Write the inertia in another form."
+        )
     return free, found

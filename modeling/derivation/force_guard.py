@@ -1,7 +1,7 @@
-"""Final check of a derivation: the force in base parameters equals the declared force.
+"""Check that the force in base parameters equals the declared force.
 
-The points differ from those at which the base parameters were found. They cover the functions of
-both forces in the same way.
+The forces are compared at other points than those at which the base parameters were found. These
+points cover the functions of both forces in the same way.
 """
 
 from collections.abc import Mapping
@@ -14,9 +14,9 @@ from axisid.support.errors import ModelError
 
 from .base_model import BaseModel
 
-_FIRST_CYCLE = 1000  # in addition to those of the derivation
-_EXACT, _ROUNDED = 1e-30, 1e-11  # shares of the terms by which the forces may differ
-_MOST_POINTS = 40  # at which a difference of the forces is reported
+_FIRST_CYCLE = 1000  # number of a cycle of points that the derivation does not use
+_EXACT, _ROUNDED = 1e-30, 1e-11  # permitted differences of the forces, as shares of their terms
+_MOST_POINTS = 40  # largest number of points that are returned
 
 
 def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> None:
@@ -35,10 +35,10 @@ def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> N
         The forces differ.
     """
     for given in differing_points(base, declared, reduced):
-        place = ", ".join(f"{s} = {float(x):.6g}" for s, x in given.items())
+        values = ", ".join(f"{s} = {float(x):.6g}" for s, x in given.items())
         raise ModelError(
-            f"the force in base parameters is not the declared force where {place}. This is "
-            "an error of the program: report it together with the axis.",
+            f"the force in base parameters is not the declared force where {values}. This is "
+            "an error of the program. Report the error together with the axis.",
             code="equation",
         )
 
@@ -48,9 +48,20 @@ def differing_points(
 ) -> list[Mapping[sympy.Symbol, Any]]:
     """Return points at which the declared force and the force in base parameters differ.
 
-    At each point numbers are drawn for motion and declared parameters, the base parameters are
-    computed from them, and both forces are compared. At most 40 points are returned, as numbers by
-    symbol.
+    At each point, random numbers are drawn for the motion and the declared parameters, the base
+    parameters are computed from these, and both forces are compared.
+
+    Parameters
+    ----------
+    base : BaseModel
+    declared, reduced : sympy.Expr
+        The force in declared and in base parameters, with the friction direction in place of
+        ``sign(dq)``.
+
+    Returns
+    -------
+    list of mapping of sympy.Symbol to number
+        At most 40 points: the numbers of the motion and of the declared parameters.
     """
     velocity = base.declared.coordinate.velocity
     forces = (declared, reduced)
@@ -62,7 +73,7 @@ def differing_points(
     terms = sympy.Add.make_args(declared)
     found: list[Mapping[sympy.Symbol, Any]] = []
 
-    def look(point: DrawnPoint) -> None:
+    def compare(point: DrawnPoint) -> None:
         """Add a point to `found` if the two forces differ there by more than rounding."""
         values = [point(term)[0] for term in terms]
         given = {s: point(s) for s in covering.symbols}
@@ -73,7 +84,7 @@ def differing_points(
 
     for point in covering.cycle(_FIRST_CYCLE):
         try:
-            look(point)
+            compare(point)
         except CANNOT:
             continue
         if len(found) == _MOST_POINTS:

@@ -1,9 +1,9 @@
-"""A friction ladder: one axis with friction laws of increasing complexity.
+"""Friction ladder: variants of an axis with friction laws of increasing complexity.
 
-The declared friction consists of the forces that depend on the velocity alone, and of a constant
+The declared friction consists of the forces that depend only on the velocity, and of a constant
 force. Each rung of the ladder is the axis with this friction replaced by the terms of one friction
-law. The inertia, gravity, springs and all terms that depend on the position or on a recorded signal
-stay.
+law. The inertia, gravity, springs and all other terms that depend on the position or on a recorded
+signal are the same on all rungs.
 """
 
 import math
@@ -35,26 +35,27 @@ _Term = tuple[Parameter, sympy.Expr]  # a parameter and its factor
 def friction_ladder(
     axis: Axis, *, quadratic: bool = False, stribeck: float | None = None
 ) -> dict[str, Axis]:
-    """Return the axis under each friction law, by the law's name, from the simplest to the richest.
+    """Return the axis with each friction law by name, from the simplest to the most general law.
 
     The laws are ``viscous``; ``Coulomb``, which adds Coulomb friction; ``offset``, which adds a
-    constant force; and ``directional``, where viscous and Coulomb friction differ by direction.
-    Each law contains those before it. If the declared friction has the same forces as a law, with
-    these parameters or others, the declared axis itself is that rung. Otherwise the declared axis
-    comes last, as ``declared``.
+    constant force; and ``directional``, in which viscous and Coulomb friction differ between
+    directions. Each law contains the laws before it. If the declared friction can produce the same
+    forces as a law, with the same or other parameters, the declared axis itself is that rung.
+    Otherwise the declared axis comes last, as ``declared``.
 
     Parameters
     ----------
     axis : Axis
         Its friction parameters keep their names and known values. If a parameter is split by
         direction, both new parameters get its nominal value, but no known value. A Coulomb level
-        that is split loses its bounds too, because each of the two levels contains the constant
+        that is split also loses its bounds, because each of the two levels contains the constant
         force.
     quadratic : bool
-        A further rung adds ``Fq dq |dq|`` to the directional law.
+        Whether a further rung adds ``Fq dq |dq|`` to the directional law.
     stribeck : float, optional
-        A further rung adds ``Fs exp(-(dq/v)^2) sign(dq)`` to the directional law; this is v, in the
-        coordinate's unit per second. A positive Fs is the Stribeck peak, a negative one a dip.
+        Stribeck velocity v, in the coordinate's unit per second, of a further rung that adds
+        ``Fs exp(-(dq/v)^2) sign(dq)`` to the directional law. A positive Fs is the Stribeck peak, a
+        negative Fs a dip. None for no such rung.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def friction_ladder(
             code="axis",
         )
     # Split each term of the force into friction and a part that stays on every rung.
-    parameters = _friction_parameters(axis)  # these terms need no expansion
+    parameters = _friction_parameters(axis)
     rests = [(term, _rest(term, parameters)) for term in sympy.Add.make_args(axis.force)]
     kept = [rest for _, rest in rests if rest != 0]
     friction = [term - rest for term, rest in rests if rest != term]
@@ -84,11 +85,12 @@ def friction_ladder(
 
 
 def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
-    """Return the parameters of forces that depend on the velocity alone, or on nothing.
+    """Return the parameters that occur only in constant forces and forces of the velocity alone.
 
-    A parameter that also occurs in a term that stays (a mass in a constant weight) is excluded. To
-    find the parameters, those whose slope of the force contains the position, the acceleration, a
-    recorded signal or an excluded parameter are excluded until no further one is.
+    A parameter that also occurs in another term (a mass in a constant weight) is excluded. The
+    search excludes each parameter if the derivative of the force with respect to it contains the
+    position, the acceleration, a recorded signal or an excluded parameter. It is repeated until no
+    further parameter is excluded.
     """
     q = axis.coordinate
     slopes = {p.symbol: axis.force.diff(p.symbol) for p in axis.parameters}
@@ -101,7 +103,10 @@ def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
 
 
 def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
-    """Return the part of a term of the force that contains none of the given parameters."""
+    """Return the part of a term of the force that contains none of the given parameters.
+
+    The term is expanded only if replacing the parameters that enter linearly by 0 is not enough.
+    """
     linear = {p for p in term.free_symbols & parameters if vanishes(term.diff(p, 2))}
     rest = where(term, linear)
     if rest is None or rest.free_symbols & parameters:
@@ -122,8 +127,8 @@ def _laws(
 ) -> dict[str, list[_Term]]:
     """Return the friction terms of each rung by the name of its law.
 
-    Each term is a parameter and its factor. A parameter that the axis already declares for the same
-    factor is used again; otherwise a new one is declared.
+    Each term is a parameter and its factor. If the axis declares a parameter with the same factor,
+    this parameter is used; otherwise a new parameter is declared.
 
     Parameters
     ----------
@@ -145,8 +150,8 @@ def _laws(
 
     def term(name: str, unit: str, factor: sympy.Expr) -> _Term:
         """Return a factor with the axis's parameter for it, or with a new parameter."""
-        own = _declared(axis, friction, factor)
-        return own or Parameter(fresh_name(name, taken), unit), factor
+        declared = _declared(axis, friction, factor)
+        return declared or Parameter(fresh_name(name, taken), unit), factor
 
     basic = [
         term("Fv", f"{force}/({rate})", speed),
@@ -187,8 +192,8 @@ def _laws(
 def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
     """Return whether the declared friction can produce exactly the forces that a law can produce.
 
-    Both are written in one set of functions of the motion. They produce the same forces if the two
-    sets of rows have the same rank, separately and together.
+    The declared friction and the law are expanded in the same functions of the motion. They produce
+    the same forces if their matrices of weights have the same rank, separately and together.
 
     Parameters
     ----------
@@ -198,7 +203,7 @@ def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
     law : list of (Parameter, sympy.Expr)
         Parameters of the law with their factors.
     """
-    # The sum of both in one set of functions: columns of the declared friction, then of the law.
+    # Expand the sum of both, with a new symbol for each parameter of the law.
     used = {s for term in friction for s in term.free_symbols}
     symbols = [p.symbol for p in axis.parameters if p.symbol in used]
     amounts = sympy.symbols(f"law:{len(law)}", real=True, cls=sympy.Dummy)
@@ -206,11 +211,13 @@ def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
     both = _terms(axis, sympy.Add(*friction, *terms), (*symbols, *amounts))
     if both.nonlinear or any(sum(exponents) > 1 for exponents in both.monomials):
         return False
-    own = [any(exponents[: len(symbols)]) for exponents in both.monomials]
-    sides = [[j for j, mine in enumerate(own) if mine is side] for side in (True, False)]
+    # The ranks of the columns of the declared friction, of the law, and of all columns.
+    is_declared = [any(exponents[: len(symbols)]) for exponents in both.monomials]
+    of_declared = [j for j, declared in enumerate(is_declared) if declared]
+    of_law = [j for j, declared in enumerate(is_declared) if not declared]
     ranks = {
         len(reduced_rows([[row[j] for j in columns] for row in both.rows])[1])
-        for columns in (*sides, range(len(own)))
+        for columns in (of_declared, of_law, range(len(is_declared)))
     }
     return len(ranks) == 1
 
@@ -225,7 +232,18 @@ def _terms(axis: Axis, force: sympy.Expr, symbols: Sequence[sympy.Symbol]) -> Te
 
 
 def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> Axis:
-    """Return the axis with the kept terms of its force and the friction terms of a law."""
+    """Return the axis with the kept terms of its force and the friction terms of a law.
+
+    Parameters
+    ----------
+    axis : Axis
+    kept : list of sympy.Expr
+        Terms of the force that stay on every rung.
+    law : str
+        Name of the law, for the name and the title of the axis.
+    terms : list of (Parameter, sympy.Expr)
+        Friction parameters with their factors.
+    """
     used = {s for term in kept for s in term.free_symbols}
     stay = [p for p in axis.parameters if p.symbol in used]
     return replace(
@@ -241,7 +259,7 @@ def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> A
 def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Parameter | None:
     """Return the declared parameter whose friction force is the parameter times a factor.
 
-    None if no parameter has exactly this force.
+    It is None if no parameter has exactly this force.
     """
     symbols = {p.symbol for p in axis.parameters}
     for p in axis.parameters:
@@ -255,8 +273,17 @@ def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Par
 def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
     """Return the parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative.
 
-    It has the nominal value and bounds of the undirected parameter, but no known value: a known
-    value is a mean of the two directions, and gives no uncertainty of either.
+    It has the nominal value and bounds of the undirected parameter, but no known value, because the
+    known value of the undirected parameter is a mean of both directions.
+
+    Parameters
+    ----------
+    parameter : Parameter
+        The undirected parameter.
+    suffix : str
+        ``p`` or ``m``, appended to the name.
+    taken : set of str
+        Names in use, in lower case; the new name is added.
     """
     name = fresh_name(f"{parameter.name}{suffix}", taken)
     return replace(parameter, name=name, known=None, known_sd=0.0)

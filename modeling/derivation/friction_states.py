@@ -1,7 +1,6 @@
-"""The equations of an axis's internal states, each checked, and the axis at rest.
+"""Equations of the internal states of an axis, and the forces on the axis at rest.
 
-At rest the equation of motion gives, term by term, the forces from which a motion starts and to
-which it returns.
+The forces at rest are computed term by term from the equation of motion.
 """
 
 import math
@@ -33,7 +32,7 @@ def forces_at_rest(
 ) -> tuple[tuple[str, float], ...]:
     """Return each term of the equation of motion, as text, with its force at rest, N or N m.
 
-    The internal states have their start values. A force without a finite real value is NaN.
+    The internal states are at their start values. A force without a finite real value is NaN.
 
     Parameters
     ----------
@@ -41,6 +40,7 @@ def forces_at_rest(
     parameters : sequence of float
         Length p, finite.
     position : float
+        Position of the axis, m or rad.
     recorded : sequence of float
         Values of the recorded signals, in the axis's order.
     """
@@ -54,7 +54,7 @@ def forces_at_rest(
 def motion_point(
     axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
 ) -> dict[sympy.Symbol, float]:
-    """Return the numbers of the symbols of an axis at zero acceleration, by symbol.
+    """Return the numbers of an axis's symbols in a motion with zero acceleration, by symbol.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def motion_point(
     parameters : sequence of float
         Length p.
     motion : (float, float)
-        Position and velocity.
+        Position and velocity, SI.
     recorded : sequence of float
         Values of the recorded signals, in the axis's order.
     """
@@ -83,7 +83,7 @@ class StateEquation:
         Rate of change of the state while it is within its limit.
     limit : sympy.Expr or None
         Largest absolute value, at which the state stays while the velocity drives it further; None
-        without a limit.
+        for no limit.
     start : sympy.Expr
         Value at the start, as a function of the parameters.
     """
@@ -101,19 +101,20 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
     ------
     ModelError
         A state changes at rest, or depends on a symbol that is not allowed; or the axis has a
-        property with which a loop with states cannot be simulated.
+        property that cannot be simulated together with states.
     """
     if not axis.states:
         return ()
     law, response = axis.control, axis.response
     names = ", ".join(state.name for state in axis.states)
-    beside = {
+    unsupported = {
         "a continuous control law": law is not None and law.continuous,
         "recorded signals": bool(axis.signals),
         "a drive whose force changes between the samples of the law": response is not None
         and not response.is_held,
     }
-    if found := [what for what, there in beside.items() if there]:
+    found = [what for what, is_declared in unsupported.items() if is_declared]
+    if found:
         raise ModelError(
             f"axis {axis.name!r}: the friction has internal states ({names}), and the axis has "
             f"{found[0]}. This combination cannot be simulated. Declare the axis without one of "
@@ -124,16 +125,17 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
 
 
 def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]], float]], ...]:
-    """Return the amounts that declare states and have a permitted range.
+    """Return the quantities in the equations of states that have a permitted range.
 
-    Each comes with a function that returns its value from parameters (p,), NaN if this is not a
-    real number.
+    Each comes with a function that returns its value from parameters (p,). The value is NaN if it
+    is not a real number.
     """
-    if not axis.states:  # evaluated at each simulation, and symbols are slow to make
+    if not axis.states:  # called for each simulation, and symbols are slow to make
         return ()
     places = {p.symbol: place for place, p in enumerate(axis.parameters)}
 
     def value_of(expression: sympy.Expr, values: Sequence[float]) -> float:
+        """Return the value of an expression for parameters (p,)."""
         given = {symbol: sympy.Float(values[places[symbol]]) for symbol in expression.free_symbols}
         found = expression.xreplace(given)
         return float(found) if found.is_real else math.nan
@@ -145,10 +147,11 @@ def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]
 def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
     """Return an expression with ``sign(dq)`` and ``Abs(dq)`` written by the friction direction.
 
-    ``Abs(a dq)`` becomes ``|a| direction dq``, which is smooth in one direction.
+    ``Abs(a dq)`` becomes ``|a| direction dq``, which is smooth at a fixed direction.
     """
 
-    def along(node: sympy.Expr) -> sympy.Expr:
+    def without_abs(node: sympy.Expr) -> sympy.Expr:
+        """Return an absolute value of a multiple of the velocity, written by the direction."""
         factor, power = node.args[0].as_independent(velocity, as_Add=False)
         return sympy.Abs(factor) * DIRECTION * velocity if power == velocity else node
 
@@ -156,7 +159,7 @@ def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
         lambda node: isinstance(node, (sympy.sign, sympy.Heaviside, sympy.Piecewise)),
         lambda node: directed(node, velocity),
     )
-    return value.replace(lambda node: isinstance(node, sympy.Abs), along)
+    return value.replace(lambda node: isinstance(node, sympy.Abs), without_abs)
 
 
 def _equation(axis: Axis, state: State) -> StateEquation:
@@ -186,8 +189,8 @@ def _equation(axis: Axis, state: State) -> StateEquation:
         ),
         (
             limit is not None and rate != q.velocity,
-            f"has a limit and the rate {state.following}. The rate of a state with a limit must be "
-            f"the velocity {q.velocity}",
+            f"has a limit and the rate {state.following}. Declare the velocity {q.velocity} as the "
+            "rate of a state with a limit",
         ),
         before=f"axis {axis.name!r}: the state {state.name} ",
         code="equation",

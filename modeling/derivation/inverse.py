@@ -1,11 +1,12 @@
-"""The inverse dynamic model: friction at rest, and its regressor with a proof of linearity.
+"""The inverse dynamic model: friction direction, and regressor with a proof of linearity.
 
 Coulomb friction is set-valued at rest, so ``sign(dq)`` is replaced by the *friction direction*: +1
-or -1 while the axis slides, and between them while it sticks, so that the forces balance
-(Filippov). With it the model is smooth in each mode, and holds row by row for a stuck axis too.
+or -1 while the axis slides, and a value between them while the axis sticks, so that the forces
+balance (Filippov). With the friction direction the model is smooth while the axis slides or sticks,
+and also holds for the rows of a record in which the axis sticks.
 
-Most axes are linear in all parameters. Some have a few that enter nonlinearly (a Stribeck velocity,
-an exponent); such an axis is *partially linear*, and its regressor is that of the force linearised
+Most axes are linear in all parameters. If a few parameters enter nonlinearly (a Stribeck velocity,
+an exponent), the axis is *partially linear*: its regressor is the regressor of the force linearised
 about given parameters.
 """
 
@@ -27,18 +28,24 @@ from axisid.support.errors import ModelError
 
 
 def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Rewrite jumps at a change of the velocity's sign by the friction direction.
+    """Return a force in which the friction direction replaces jumps at zero velocity.
 
-    The force must be affine in the direction, like Filippov's convex combination at rest. A
+    The force must be affine in the direction, as in Filippov's convex combination at rest. A
     polynomial in the direction becomes affine by ``direction**2 = 1``, which holds while sliding:
-    each direction keeps its value, and nothing is multiplied out. Terms that are continuous at
-    rest, such as ``Abs(dq)``, stay.
+    its values at +1 and -1 do not change, and nothing is multiplied out. Terms that are continuous
+    at rest, such as ``Abs(dq)``, stay.
+
+    Parameters
+    ----------
+    force : sympy.Expr
+    velocity : sympy.Symbol
 
     Raises
     ------
     ModelError
         The force jumps with the velocity in another way.
     """
+    # Rewrite signs, steps and pieces, then polynomials in the direction that are not affine.
     rewritten = force.replace(
         lambda node: (
             isinstance(node, (sympy.sign, sympy.Heaviside, sympy.Piecewise))
@@ -46,7 +53,6 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
         ),
         lambda node: directed(node, velocity),
     ).replace(
-        # A polynomial in the direction, but not affine.
         lambda node: (
             isinstance(node, (sympy.Add, sympy.Mul, sympy.Pow))
             and DIRECTION in node.free_symbols
@@ -75,7 +81,7 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
 def directed(node: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
     """Return a sign, a step or a Piecewise rewritten by the friction direction.
 
-    It is returned unchanged unless the sign of the velocity alone decides its branch.
+    It is returned unchanged unless the sign of the velocity alone decides its value or its branch.
     """
     if isinstance(node, sympy.Piecewise):
         return _directed_choice(node, velocity)
@@ -90,7 +96,7 @@ def _directed_choice(node: sympy.Piecewise, velocity: sympy.Symbol) -> sympy.Exp
     """Return a Piecewise rewritten by the friction direction.
 
     It is returned unchanged if no condition depends on the direction, or if its value is continuous
-    at rest.
+    at rest. Otherwise its values for both directions are combined by the direction.
     """
     conditions = [_sides(condition, velocity) for _, condition in node.args]
     if not any(conditions):
@@ -115,7 +121,8 @@ def _sides(
 ) -> tuple[sympy.Basic, sympy.Basic] | None:
     """Return a condition for positive and for negative velocity.
 
-    None if it does not depend on the direction of the motion.
+    It is None if the condition does not depend on the direction of the motion. Comparisons of a
+    multiple of the velocity with 0 are replaced by comparisons without the velocity.
     """
     found: dict[int, dict[sympy.Basic, sympy.Basic]] = {1: {}, -1: {}}
     for relation in condition.atoms(Relational):
@@ -150,7 +157,7 @@ def _affine(ahead: sympy.Expr, back: sympy.Expr) -> sympy.Expr:
     return ahead * (1 + DIRECTION) / 2 + back * (1 - DIRECTION) / 2
 
 
-_LEAST = sympy.Float(1e-300)
+_LEAST = sympy.Float(1e-300)  # smallest argument of a logarithm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,14 +167,14 @@ class Regressor:
     Attributes
     ----------
     columns : tuple of sympy.Expr
-        One per parameter: the derivative of the force with respect to it. They contain no parameter
-        if the axis is linear.
+        One per parameter: the derivative of the force with respect to the parameter. For a linear
+        axis the columns contain no parameter.
     intercept : sympy.Expr
-        The remaining part of the force: the known part, which no parameter scales, if the axis is
-        linear.
+        The force minus the sum of parameter times column. For a linear axis it is the known part of
+        the force, which contains no parameter.
     nonlinear : tuple of sympy.Symbol
         The parameters that enter nonlinearly, in the axis's order; empty for a linear axis. The
-        columns contain no parameters except these and the weights of their terms.
+        columns contain only these parameters and the parameters that multiply functions of them.
     """
 
     columns: tuple[sympy.Expr, ...]
@@ -182,52 +189,62 @@ def inverse_regressor(
 ) -> Regressor:
     """Return the regressor and the intercept of the inverse dynamics.
 
-    A parameter is nonlinear if the derivative of the force with respect to it contains it. In the
-    other parameters the force must be jointly affine, which holds exactly when no derivative with
-    respect to one of them contains another of them. The function differentiates the force, finds
-    the nonlinear parameters, removes the linear ones from the columns, and computes the intercept.
+    A parameter is nonlinear if the derivative of the force with respect to it contains the
+    parameter itself. In the other, linear parameters the force must be jointly affine: no
+    derivative with respect to a linear parameter may contain a linear parameter. The function
+    differentiates the force, finds the nonlinear parameters, removes the linear parameters from the
+    columns of linear parameters, and computes the intercept.
 
     Parameters
     ----------
     force : sympy.Expr
     parameters : tuple of sympy.Symbol
     held : tuple of sympy.Symbol
-        Parameters that count as nonlinear however they enter, as for friction with internal state.
+        Parameters that always count as nonlinear, such as for friction with internal states.
 
     Raises
     ------
     ModelError
-        The force is not affine in its linear parameters (it has their product), the offending term
-        is named; or it jumps with a parameter.
+        The force is not affine in its linear parameters, because it contains a product of them (the
+        message names the term), or it jumps with a parameter.
 
     References
     ----------
     Equations (3) and (4) of [Brunot2015]_; [GolubPereyra1973]_ for partially linear models.
     """
+    # The derivatives of the force, and the parameters that enter nonlinearly.
     columns = tuple(slope(force, p, "the force") for p in parameters)
     nonlinear = tuple(
         p
         for p, column in zip(parameters, columns, strict=True)
         if p in held or without(column, {p}) is None
     )
+    # The columns of linear parameters, written without linear parameters.
     linear = frozenset(parameters) - set(nonlinear)
     row = tuple(
-        without(column, linear)
-        if p in linear
-        # The derivative of x**p by p is x**p log(x), which is 0 for x = 0, not 0 times -oo.
-        else column.replace(
-            lambda node: isinstance(node, sympy.log) and not node.args[0].is_positive,
-            lambda node: sympy.log(sympy.Max(node.args[0], _LEAST)),
-        )
+        without(column, linear) if p in linear else _with_finite_logarithms(column)
         for p, column in zip(parameters, columns, strict=True)
     )
+    # The part of the force without linear parameters, minus the nonlinear parameters' columns.
     slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in linear}
     free = None if None in row else intercept(force, slopes)
     if free is None:
         raise _not_linear(multiplied_out(force, powers=False), parameters)
-    bends = (p * column for p, column in zip(parameters, row, strict=True) if p in nonlinear)
-    return Regressor(
-        columns=row, intercept=sympy.Add(free, *(-bend for bend in bends)), nonlinear=nonlinear
+    subtracted = (
+        -(p * column) for p, column in zip(parameters, row, strict=True) if p in nonlinear
+    )
+    return Regressor(columns=row, intercept=sympy.Add(free, *subtracted), nonlinear=nonlinear)
+
+
+def _with_finite_logarithms(column: sympy.Expr) -> sympy.Expr:
+    """Return a derivative in which logarithms of 0 are finite.
+
+    The derivative of ``x**p`` with respect to p is ``x**p log(x)``: 0 at x = 0, and not 0 times
+    minus infinity.
+    """
+    return column.replace(
+        lambda node: isinstance(node, sympy.log) and not node.args[0].is_positive,
+        lambda node: sympy.log(sympy.Max(node.args[0], _LEAST)),
     )
 
 
@@ -238,14 +255,19 @@ def _not_linear(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Mode
         inside = sorted(term.free_symbols & unknown, key=str)
         if any(term.diff(p).free_symbols & unknown for p in inside):
             names = " and ".join(map(str, inside))
-            product = len(inside) > 1 and set(inside) <= set(term.args)
-            hint = (
-                f"Declare the product as one parameter instead of {names}."
-                if product
-                else "Replace one by a known number, or declare parameters that enter linearly."
-            )
+            is_product = len(inside) > 1 and set(inside) <= set(term.args)
+            if is_product:
+                remedy = f"Declare the product as one parameter instead of {names}."
+            else:
+                remedy = (
+                    "Replace one of the parameters in the term by a known number, or declare "
+                    "parameters that enter linearly."
+                )
             return ModelError(
                 f"the inverse dynamic model is not linear in {names} because of the term {term}. "
-                f"{hint}"
+                f"{remedy}"
             )
-    return ModelError(f"the inverse dynamic model is not linear in its parameters: {force}.")
+    return ModelError(
+        f"the inverse dynamic model is not linear in its parameters: {force}. Declare parameters "
+        "that enter linearly."
+    )

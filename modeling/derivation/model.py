@@ -1,4 +1,4 @@
-"""Derive the models of a declared axis: the whole derivation in one function."""
+"""Derive the models of a declared axis."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,39 +23,41 @@ from .friction_states import StateEquation, in_direction, state_equations
 from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import NullSpaceVector, unidentifiable_directions
 
-_MOST_TRIES = 4  # with points at which the force in base parameters differed
+_MOST_TRIES = 4  # derivations of base parameters that merge parameters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisModel:
-    """Everything derived from an axis, symbolically.
+    """The symbolic models derived from an axis.
 
     Attributes
     ----------
     base : BaseModel
         The declared axis, and its base parameters.
     axis : Axis
-        The axis in its base parameters, which are the declared ones if these are distinguishable
-        and enter linearly.
+        The axis in its base parameters. These are the declared parameters if the declared
+        parameters are distinguishable and enter linearly.
     force : sympy.Expr
-        Inverse dynamics with the friction direction in place of ``sign(dq)``.
+        Inverse dynamics, divided by the profile of the drive, with the friction direction in place
+        of ``sign(dq)``.
     inertia : sympy.Expr
-        Coefficient of the acceleration.
+        Coefficient of the acceleration in `force`.
     acceleration : sympy.Expr
         Direct dynamics.
     idm : Regressor
         Regressor of the inverse model; one column per parameter.
     ddm : Regressor or Missing
-        Regressor of the direct model; missing if the acceleration is linear in no finite parameter
-        set.
+        Regressor of the direct model; Missing, with the reason, if the acceleration is not linear
+        in a finite set of parameters.
     parameter_map : ParameterMap or Missing
-        Between ``theta_ddm`` and the parameters; missing with `ddm`.
+        Map between ``theta_ddm`` and the parameters; Missing if `ddm` is.
     unidentifiable : tuple of dict
         Changes of the parameters of a partially linear axis that no motion shows; for a linear axis
-        they are in `base`.
+        these are in `base`.
     states : tuple of StateEquation
-        Internal states of friction. The models then contain the states' symbols, and the inverse
-        regressor is the slope of the force by the parameters at fixed states.
+        Internal states of friction; empty for none. With states, the models contain the symbols of
+        the states, and the columns of the inverse regressor are the derivatives of the force with
+        respect to the parameters at fixed states.
     """
 
     base: BaseModel
@@ -70,7 +72,7 @@ class AxisModel:
     states: tuple[StateEquation, ...] = ()
 
     def at_start(self, value: sympy.Expr) -> sympy.Expr:
-        """Return an expression of the models with the start values of the internal states in it."""
+        """Return an expression of the models with each internal state at its start value."""
         return value.xreplace({state.symbol: state.start for state in self.states})
 
 
@@ -78,6 +80,7 @@ def derive(axis: Axis) -> AxisModel:
     """Derive the inverse and direct models, their regressors and the map between them.
 
     If parameters enter as products, or are not distinguishable, the models are in base parameters.
+    The steps are in `_derived`.
 
     Raises
     ------
@@ -95,16 +98,17 @@ def derive(axis: Axis) -> AxisModel:
         raise ModelError(f"axis {axis.name!r}: {error}", code="equation") from error
     except RecursionError as error:
         raise ModelError(
-            f"axis {axis.name!r}: the equation of motion is nested too deeply. Simplify it."
+            f"axis {axis.name!r}: the equation of motion is nested too deeply. Simplify "
+            "the equation."
         ) from error
 
 
 def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     """Return the models of an axis.
 
-    Without internal states they are in base parameters; with internal states, in the declared ones.
-    The steps are the force balance, the base parameters, the inertia, the inverse regressor and the
-    direct model.
+    Without internal states the models are in base parameters, with internal states in the declared
+    parameters. The steps are the force balance, the base parameters, the inertia, the inverse
+    regressor and the direct model.
     """
     balance = _balance(declared)
     if states:
@@ -121,10 +125,13 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     idm = inverse_regressor(force, symbols, held=symbols if states else ())
     units = {p.symbol: parse_unit(p.unit) for p in axis.parameters}
     names = ", ".join(str(state.symbol) for state in states)
-    remembers = Missing(f"its friction has internal states ({names}), which are not recorded")
-    direct = remembers if states else direct_model(idm, units, inertia, q)
     ddm: Regressor | Missing
     mapping: ParameterMap | Missing
+    direct: tuple[Regressor, ParameterMap] | Missing
+    if states:
+        direct = Missing(f"its friction has internal states ({names}), which are not recorded")
+    else:
+        direct = direct_model(idm, units, inertia, q)
     if isinstance(direct, Missing):
         ddm = mapping = Missing(f"axis {axis.name!r} has no direct regressor: {direct}")
     else:
@@ -146,9 +153,20 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
 def _checked_base(declared: Axis, balance: sympy.Expr) -> tuple[BaseModel, sympy.Expr]:
     """Return base parameters whose force equals the declared force, and the force in them.
 
-    Points at which the two forces differ show which parameters were merged wrongly. They are
-    evidence in the next try. If new points keep appearing after four tries, no parameters are
-    merged.
+    Points at which the two forces differ show that parameters were merged wrongly, and are used in
+    the next derivation of base parameters. If there are still such points after four derivations,
+    no parameters are merged.
+
+    Parameters
+    ----------
+    declared : Axis
+    balance : sympy.Expr
+        The declared force with the friction direction in place of ``sign(dq)``.
+
+    Raises
+    ------
+    ModelError
+        The forces differ although no parameters are merged.
     """
     differing: list[Mapping[sympy.Symbol, Any]] = []
     for _ in range(_MOST_TRIES):
@@ -174,10 +192,12 @@ def _balance(axis: Axis) -> sympy.Expr:
     Raises
     ------
     ModelError
-        The acceleration cancels out of it.
+        The acceleration cancels out of the force.
     """
     q = axis.coordinate
     force = with_direction(with_numbers(axis.force), q.velocity)
     if vanishes(inertia_of(force, q)):
-        raise ModelError("the acceleration cancels out of the force. Add an inertia.")
+        raise ModelError(
+            "the acceleration cancels out of the force. Add an inertia times the acceleration."
+        )
     return force

@@ -1,7 +1,8 @@
 """Changes of the parameters that no motion shows, and the combinations that several records show.
 
 Several parameters may multiply the same function of the motion, or functions whose sum is zero. No
-experiment separates them then: only combinations of them are identifiable.
+experiment separates such parameters: only combinations of them are identifiable. A *direction* is a
+change of the parameters that no motion shows, given by a weight for each parameter.
 """
 
 import contextlib
@@ -32,12 +33,12 @@ from axisid.modeling.quantities import (
 
 from .inverse import Regressor
 
-#: Maps parameters to the weights of a change that no motion shows.
+#: Direction: the weight of each parameter in a change that no motion shows.
 NullSpaceVector: TypeAlias = dict[sympy.Symbol, sympy.Expr]
 
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and the steps of two points through its fractions
-_FAR = 1000.0  # times the nominal values, at most
-_MOST_PRODUCTS = 20_000  # of one term of each sum, above which no symbolic direction is computed
+_FAR = 1000.0  # largest factor between a far point and the nominal values
+_MOST_PRODUCTS = 20_000  # product of the numbers of terms, up to which directions are symbolic
 
 
 def null_space(
@@ -46,9 +47,9 @@ def null_space(
     parameters: Sequence[Parameter],
     known: AbstractSet[sympy.Symbol] = frozenset(),
 ) -> tuple[NullSpaceVector, ...]:
-    """Return directions in which sums of products of parameters do not change.
+    """Return the directions in which given sums of products of parameters do not change.
 
-    They are the null space of the Jacobian of the sums. Known parameters stay fixed.
+    They are a basis of the null space of the Jacobian of the sums. Known parameters stay fixed.
 
     Parameters
     ----------
@@ -64,9 +65,10 @@ def null_space(
     Returns
     -------
     tuple of dict
-        Directions as functions of the parameters; if these are too large, decimals at the nominal
-        values.
+        Directions with weights as functions of the parameters; if these are too large, with decimal
+        weights at the nominal values.
     """
+    # The Jacobian of the sums with respect to the free parameters, as polynomials.
     free = [p.symbol for p in parameters if p.symbol not in known]
     ring = QQ[tuple(p.symbol for p in parameters)]
     sums = [
@@ -78,6 +80,7 @@ def null_space(
     slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
     if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
         return tuple(_kernel(slopes, free, ring))
+    # Too large: the null spaces at the nominal point and at a generic point; use the smaller one.
     found: list[tuple[NullSpaceVector, ...]] = []
     for point in (nominal_point(parameters), generic_points(parameters)[0]):
         table = [[Fraction(ring.to_sympy(w).xreplace(point)) for w in row] for row in slopes]
@@ -96,7 +99,7 @@ def _kernel(
     symbols: Sequence[sympy.Symbol],
     ring: PolynomialRing,
 ) -> Iterator[NullSpaceVector]:
-    """Return the null space of a matrix of polynomials or numbers, one vector at a time.
+    """Yield a basis of the null space of a matrix of polynomials or numbers.
 
     The weights of each vector are polynomials without a common factor and with whole coefficients.
     If the weights are numbers, the last one is 1.
@@ -120,7 +123,7 @@ def _kernel(
         whole = {j: w.numer * shared.exquo(w.denom) for j, w in vector.items()}
         common = reduce(ring.gcd, whole.values())
         weights = {symbols[j]: weight.exquo(common) for j, weight in whole.items()}
-        # Scale numbers so that the last is 1, and polynomials to whole coefficients.
+        # Scale numbers so that the last weight is 1, and polynomials to whole coefficients.
         first, last = next(iter(weights.values())), next(reversed(weights.values()))
         if all(weight.is_ground for weight in weights.values()):
             unit = last.LC
@@ -139,11 +142,11 @@ def unidentifiable_directions(
 ) -> tuple[NullSpaceVector, ...]:
     """Return changes of the parameters that no motion shows, for a partially linear axis.
 
-    They are the null space, over all motions, of its regressor, whose columns contain parameters:
-    ``exp(b) dq`` and ``a exp(b) dq`` look like two functions of the motion. The columns are
-    therefore compared at the nominal values of the parameters, and at values near and far from
-    them, because two functions may agree at one point by coincidence. For a linear axis the result
-    is empty: its base parameters show these directions.
+    They are the null space of its regressor over all motions. The columns contain parameters, so
+    ``exp(b) dq`` and ``a exp(b) dq`` look like two functions of the motion. The null space is
+    therefore computed for numbers of the parameters: the nominal values, and values near and far
+    from them, because two functions may agree at one point by coincidence. For a linear axis the
+    result is empty: its base parameters show these directions.
 
     Parameters
     ----------
@@ -161,7 +164,7 @@ def unidentifiable_directions(
     """
     if not regressor.nonlinear:
         return ()
-    # The directions at the nominal values, and at values near them; none if one point has none.
+    # The directions at the nominal values and near them; empty if one of the points has none.
     symbols = tuple(p.symbol for p in parameters)
     near = (nominal_point(parameters), generic_points(parameters)[0])
     nearby: list[tuple[NullSpaceVector, ...]] = []
@@ -171,7 +174,7 @@ def unidentifiable_directions(
         nearby.append(directions)
     if not nearby:
         return ()
-    # Directions that are the same also far from them keep their rational weights.
+    # Directions that are the same at far points too keep their rational weights.
     far = tuple(_far_points(parameters))
     everywhere = [*nearby, *_directions(regressor, symbols, coordinate, far)]
     fewest = min(nearby, key=len)
@@ -184,7 +187,7 @@ def _directions(
     coordinate: Coordinate,
     points: Sequence[Mapping[sympy.Symbol, sympy.Expr]],
 ) -> Iterator[tuple[NullSpaceVector, ...]]:
-    """Return the null space of a regressor at each point of the parameters.
+    """Yield the null space of a regressor at each point of the parameters.
 
     A point at which the regressor has no real value is omitted.
     """
@@ -195,23 +198,26 @@ def _directions(
 
 
 def nominal_point(parameters: Sequence[Parameter]) -> Mapping[sympy.Symbol, sympy.Expr]:
-    """Return the nominal values of the parameters by symbol, with 1 (within the bounds) for 0."""
+    """Return the nominal values of the parameters by symbol, without zeros (see `_near`)."""
     return {p.symbol: sympy.Rational(str(_near(p))) for p in parameters}
 
 
 def _near(parameter: Parameter) -> float:
-    """Return the nominal value of a parameter; for 0, a value of size 1 within the bounds."""
-    upper, lower = parameter.upper, parameter.lower
-    return parameter.nominal or (min(1.0, upper) if upper > 0 else max(-1.0, lower))
+    """Return the nominal value of a parameter; for 0, a value up to 1 in size within the bounds."""
+    if parameter.nominal:
+        return parameter.nominal
+    if parameter.upper > 0:
+        return min(1.0, parameter.upper)
+    return max(-1.0, parameter.lower)
 
 
 def _far_points(
     parameters: Sequence[Parameter],
 ) -> Iterator[Mapping[sympy.Symbol, sympy.Expr]]:
-    """Return two points far from the nominal one.
+    """Yield two points of the parameters far from the nominal point.
 
-    At the first, each parameter is larger or smaller by up to a factor of 1000; at the second,
-    larger and smaller are exchanged.
+    At the first point, each parameter is larger or smaller by a factor of up to 1000. At the second
+    point, each factor is inverted. All values are within the bounds.
     """
     for sign in (1, -1):
         point = {}
@@ -225,7 +231,7 @@ def _far_points(
 def generic_points(
     parameters: Sequence[Parameter],
 ) -> tuple[Mapping[sympy.Symbol, sympy.Expr], ...]:
-    """Return two points of the parameters at unrelated values, as rational numbers by symbol.
+    """Return two points of the parameters with unrelated values, as rational numbers by symbol.
 
     Each value is within the bounds, and between half and twice the nominal value.
     """
@@ -240,13 +246,13 @@ def generic_points(
     return tuple(points)
 
 
-#: A product of parameters: name and power of each factor, and the number of the record to which the
-#: product belongs, or None if it is common to all records.
+#: A product of parameters: name and power of each factor, and the index, from 0, of the record to
+#: which the product belongs; None if it is common to all records.
 Product = tuple[tuple[tuple[str, int], ...], int | None]
 _LONGEST_NAME = 28
 
 
-#: A parameter that several records determine together: the column of the product that leads it, the
+#: A parameter that several records determine together: the column of its leading product, the
 #: parameter, and its expression as text, which is empty for a declared parameter.
 CommonParameter = tuple[int, Parameter, str]
 
@@ -271,7 +277,7 @@ def common_parameters(
     single : sequence of Parameter or None
         For each product, its parameter if the product is a single parameter, otherwise None.
     rows : sequence of list of Fraction
-        Weights of the products, one row for each base parameter of each record.
+        Weights of the products in each base parameter of each record, one row per base parameter.
     taken : set of str
         Names in lower case that no new parameter may have; the names of new parameters are added.
 
@@ -284,7 +290,7 @@ def common_parameters(
     Raises
     ------
     ModelError
-        There are too many weights to be reduced.
+        There are too many weights for a reduction.
     """
     reduced, pivots = reduced_rows(rows)
     declared = {p.name: p for p in axis.parameters}
@@ -295,18 +301,19 @@ def common_parameters(
             found.append((pivot, alone, ""))
             continue
         terms = [(w, p) for w, p in zip(row, products, strict=True) if w]
-        said = " + ".join(
-            factors if weight == 1 else f"{float(weight):g}*{factors}"
-            for weight, factors in ((weight, _factors(product)) for weight, product in terms)
-        )
-        found.append((pivot, _made(terms, products[pivot], said, declared, taken), said))
+        texts = []
+        for weight, product in terms:
+            factors = _factors(product)
+            texts.append(factors if weight == 1 else f"{float(weight):g}*{factors}")
+        text = " + ".join(texts)
+        found.append((pivot, _combination(terms, products[pivot], text, declared, taken), text))
     return found
 
 
-def _made(
+def _combination(
     terms: Sequence[tuple[Fraction, Product]],
     lead: Product,
-    said: str,
+    text: str,
     declared: dict[str, Parameter],
     taken: set[str],
 ) -> Parameter:
@@ -317,13 +324,13 @@ def _made(
     terms : sequence of (Fraction, Product)
         Weights and products of the sum.
     lead : Product
-        The product that leads the sum and gives its unit.
-    said : str
+        The leading product, whose unit is that of the sum.
+    text : str
         The sum as text, for the description.
     declared : dict of str to Parameter
         Declared parameters by name.
     taken : set of str
-        Names in lower case that the parameter may not have; its name is added.
+        Names in lower case that the parameter may not have; the new name is added.
     """
     name = "_plus_".join(
         "_".join(f"{n}{e if e > 1 else ''}" for n, e in powers)
@@ -336,7 +343,7 @@ def _made(
     )
     unit = product_of_powers((declared[n].unit, e) for n, e in lead[0])
     return Parameter(
-        fresh_name(name[:_LONGEST_NAME], taken), str(unit), nominal=nominal, description=said
+        fresh_name(name[:_LONGEST_NAME], taken), str(unit), nominal=nominal, description=text
     )
 
 

@@ -1,6 +1,6 @@
-"""Axes that ship: one module each, each with one `Axis` named ``axis``.
+"""Library of axes: one module per axis, with the `Axis` in the variable ``axis``.
 
-In: a name. Out: its `Axis`. Knows nothing of what is derived of it.
+In: a name. Out: the `Axis` of that name. Knows nothing of derived models.
 """
 
 from importlib import import_module
@@ -24,6 +24,6 @@ LIBRARY = (
 
 
 def library_axis(name: str) -> Axis:
-    """Return the library axis of one of the names."""
+    """Return the library axis with a name out of `LIBRARY`."""
     axis: Axis = import_module(f"{__name__}.{name}").axis
     return axis

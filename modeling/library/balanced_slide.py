@@ -11,13 +11,13 @@ from axisid.elements import TIME, coulomb, gravity, viscous
 from axisid.modeling.declaration import Drive, Experiment, back_and_forth, newton
 from axisid.modeling.quantities import Coordinate, Parameter, Signal
 
-pressure = Signal("pressure", "Pa", description="in the cylinder")
+pressure = Signal("pressure", "Pa", description="pressure in the cylinder")
 
 q = Coordinate("q", unit="m")  # upwards
 M = Parameter("M", "kg", nominal=80.0, lower=0.0, description="slide")
 Fv = Parameter("Fv", "N/(m/s)", lower=0.0, description="viscous friction")
 Fc = Parameter("Fc", "N", lower=0.0, description="Coulomb friction")
-area = Parameter("area", "m^2", nominal=1e-3, lower=0.0, description="of the cylinder")
+area = Parameter("area", "m^2", nominal=1e-3, lower=0.0, description="area of the cylinder")
 
 axis = newton(
     "balanced_slide",

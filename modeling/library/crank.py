@@ -2,8 +2,9 @@
 
 Figures typical of a small servo press: crank 50 mm, rod 200 mm, a slider of 4 kg moving vertically,
 highest at 0, a geared motor of 1.2 N m/A. The slider's position is
-``x = r cos q + sqrt(l^2 - r^2 sin^2 q)``, its velocity ``x' dq``; Lagrange derives the rest. The
-acceleration is linear in no finite set of parameters, so there is no direct regressor.
+``x = r cos q + sqrt(l^2 - r^2 sin^2 q)``, its velocity ``x' dq``; `lagrange` derives the equation
+of motion. The acceleration is not linear in a finite set of parameters, so there is no direct
+regressor.
 """
 
 import sympy

@@ -1,7 +1,7 @@
 """The EMPS of the public benchmark record of 2019: the paper's stage with a force offset.
 
-[Janot2019]_: columns ``t, qg, qm, vir``, the control in volt. The control law is the one recovered
-from the record. The twin has the published estimates.
+[Janot2019]_: columns ``t, qg, qm, vir``, the control in volt. The control law was recovered from
+the record. The true values of the twin are the published estimates.
 """
 
 from axisid.control import cascade_pd_averaged

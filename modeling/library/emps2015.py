@@ -1,7 +1,8 @@
 """The paper's axis: a ball-screw stage with a DC motor under position control.
 
-[Brunot2015]_: mass, viscous and Coulomb friction; the twin has the paper's IDM-IV estimates of
-Table 1. Its motion is ours (the paper's is not published), chosen for forces within 150 N.
+[Brunot2015]_: mass, viscous and Coulomb friction. The true values of the twin are the paper's
+IDM-IV estimates of Table 1. The paper does not publish its motion: the twin's motion was chosen
+here, for forces within 150 N.
 """
 
 from axisid.control import cascade_pd

@@ -1,11 +1,11 @@
-"""A joint of an arm on a servo drive with a gear: the cascade that most drives run.
+"""A joint of an arm on a servo drive with a gear, controlled by the cascade of most drives.
 
 Figures typical of a 100 W joint module (harmonic gear of 50, motor of 0.05 N m/A, rotor of 2e-5 kg
 m^2 by its data sheet, encoder of 16384 counts on the motor): 2.5 N m/A on the joint's side, where
 friction of the gear is larger in one direction than in the other. The drive runs a position loop
 over a velocity loop with an integral and velocity feed-forward; the integral stands still at the
-current limit. The current follows the command, which is logged, with a lag of 0.8 ms. The law
-measures whole counts, 7.7e-6 rad of the joint.
+current limit. The current follows the command with a lag of 0.8 ms; the command is logged. The law
+measures whole counts of 7.7e-6 rad of the joint.
 """
 
 import math

@@ -1,11 +1,11 @@
 """A spring-loaded valve actuator: preload, a hardening spring, a sticking packing, end stops.
 
 Figures typical of a small electric valve of 20 mm stroke on a moving coil of 22 N/A, which the
-spring closes; 0 is the middle of the stroke, where the spring pushes with its preload. The stops
-are beyond the experiment's stroke: they are intended for simulations that reach them. The amplifier
-makes no force within 0.1 A of 0 and acts 0.3 ms, three cycles of the law, after its command: these
-figures of its data sheet are declared with the drive, not identified. The stiction of the packing
-is a third of its friction, which only slow strokes show.
+spring closes; 0 is the middle of the stroke, where the spring pushes with its preload. The end
+stops are beyond the experiment's stroke: they are intended for simulations that reach them. The
+amplifier produces no force within 0.1 A of 0, and acts 0.3 ms after its command, which is three
+samples of the law. These figures of its data sheet are declared with the drive, not identified. The
+stiction of the packing is a third of its friction; only slow strokes show it.
 """
 
 from axisid.control import cascade_pd_averaged
@@ -21,7 +21,7 @@ m = Parameter("m", "kg", nominal=0.5, lower=0.0, description="stem, plug and coi
 Fv = Parameter("Fv", "N/(m/s)", lower=0.0, description="viscous friction")
 Fc = Parameter("Fc", "N", lower=0.0, description="packing friction")
 Fs = Parameter("Fs", "N", lower=0.0, description="stiction of the packing")
-F0 = Parameter("F0", "N", description="push of the spring at 0")
+F0 = Parameter("F0", "N", description="force of the spring at 0")
 k1 = Parameter("k1", "N/m", lower=0.0, description="stiffness of the spring")
 k3 = Parameter("k3", "N/m^3", description="hardening of the spring")
 

@@ -2,8 +2,8 @@
 
 Figures typical of a machining centre (feed drives are in [Altintas2012]_): a screw of 10 mm pitch
 on a motor of 1.2 N m/A. The inertia of motor and screw, 1260 kg at the slide, is known from their
-data sheets; otherwise it could not be distinguished from the mass, nor the weight from the
-counterbalance, whose force falls by its rate as the slide rises.
+data sheets. Without it, the inertia could not be distinguished from the mass, nor the weight from
+the counterbalance. The force of the counterbalance falls as the slide rises, by its rate.
 """
 
 import math
@@ -21,7 +21,7 @@ M = Parameter("M", "kg", nominal=200.0, lower=0.0, description="slide and spindl
 Fv = Parameter("Fv", "N/(m/s)", lower=0.0, description="viscous friction")
 Fc = Parameter("Fc", "N", lower=0.0, description="Coulomb friction")
 Fb = Parameter("Fb", "N", description="counterbalance at 0")
-kb = Parameter("kb", "N/m", lower=0.0, description="its fall over the stroke")
+kb = Parameter("kb", "N/m", lower=0.0, description="fall of the counterbalance over the stroke")
 
 axis = newton(
     "vertical_screw",

@@ -1,7 +1,7 @@
-"""Axes and formulas as text.
+"""Read axes and formulas from text.
 
-In: TOML, formulas, names of files. Out: `Axis`, expressions, tables; nothing of it is run.
-Knows nothing of models and of code.
+In: TOML, formulas, names of files. Out: `Axis`, expressions, tables. Only a Python file is run.
+Knows nothing of derived models and of generated code.
 """
 
 from .axis_files import load_axis as load_axis

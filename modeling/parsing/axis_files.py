@@ -1,4 +1,4 @@
-"""Axes by their name in the library, or from a user's file.
+"""Load an axis by its name in the library, or from a user's Python or TOML file.
 
 A Python file is run. A TOML file declares an axis as data, and nothing in it is run: expressions
 are text, read by `read_expression`. All mistakes of a TOML file are reported at once.
@@ -85,9 +85,10 @@ def load_axis(name: str | Path) -> Axis:
     Raises
     ------
     ModelError
-        There is no such axis, or the file does not import or declares none.
+        There is no axis or file of this name, the Python file cannot be run, or it declares no
+        axis.
     DeclarationError
-        The TOML file cannot be read, or has mistakes, all of which are named.
+        The TOML file cannot be read, or has mistakes; the message lists all mistakes.
     """
     if not isinstance(name, (str, Path)):
         raise ModelError(
@@ -107,7 +108,7 @@ def load_axis(name: str | Path) -> Axis:
             "writes a first file",
         ),
         (
-            not os.path.isfile(file),  # a name that accepts anything
+            not os.path.isfile(file),  # False also for a name that no file can have
             f"there is no axis file {str(file)!r}, or it is not a regular file. Check the path",
         ),
         code="axis-file",
@@ -118,9 +119,9 @@ def load_axis(name: str | Path) -> Axis:
 
 
 def _run(file: Path) -> dict[str, Any]:
-    """Return the variables of a Python file after running its text, by name.
+    """Run the text of a Python file and return its variables by name.
 
-    The text is run and not a compiled file, which may be older.
+    The text is run, and not its compiled file, which may be older.
 
     Raises
     ------
@@ -149,38 +150,42 @@ def _line(error: BaseException, file: Path) -> str:
     """Return the line of the user's file at which an error occurred, as text: ``line 12``."""
     if isinstance(error, SyntaxError) and error.lineno:
         return f"line {error.lineno}"
-    own = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == file]
-    return f"line {own[-1].lineno}" if own else "an unknown line"
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if Path(frame.filename) == file]
+    return f"line {lines[-1]}" if lines else "an unknown line"
 
 
-def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
+def _only_axis(variables: dict[str, Any], file: Path, variable: str) -> Axis:
     """Return the axis of a user's file.
 
-    It is the named variable if one is given, otherwise the only axis, or among several the variable
-    ``axis``.
+    It is the axis of the wanted variable, if a name is given. Otherwise it is the only axis, or the
+    variable ``axis`` if there are several axes.
 
     Parameters
     ----------
-    bound : dict of str to object
+    variables : dict of str to object
         Variables of the file by name.
     file : Path
     variable : str
-        Name of the wanted variable; empty for none.
+        Name of the wanted variable; empty if no name is given.
 
     Raises
     ------
     ModelError
-        There is no such axis.
+        The file declares no axis, or no axis of the wanted name.
     """
-    axes = {name: value for name, value in bound.items() if isinstance(value, Axis)}
-    is_one = len({id(axis) for axis in axes.values()}) == 1  # possibly under several names
-    wanted = variable or (next(iter(axes)) if is_one else "axis")
+    axes = {name: value for name, value in variables.items() if isinstance(value, Axis)}
+    is_single = len({id(axis) for axis in axes.values()}) == 1  # possibly under several names
+    wanted = variable
+    if not wanted:
+        wanted = next(iter(axes)) if is_single else "axis"
     refuse(
         ModelError,
         (not axes, f"{file} declares no axis. Assign the result of newton(...) to a name"),
         (
             wanted not in axes,
-            f"{file} declares {', '.join(axes)}. Choose one with {file}:NAME",
+            f"{file} declares the axes {', '.join(axes)}, and none of them is named {wanted}. "
+            f"Choose an axis with {file}:NAME",
         ),
         code="axis-file",
     )
@@ -194,28 +199,30 @@ _AT_REST = {str(s): s for s in (MEASURED_POSITION, REFERENCE, BALANCED)}
 def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> ControlLaw | None:
     """Return the control law of the table ``control``; None without the table.
 
-    A law that is wrong is None too; its mistakes are added to the table.
+    A law with mistakes is None too; the mistakes are added to the table.
 
     Parameters
     ----------
     root : TomlTable
+        The whole document.
     recorded : mapping of str to sympy.Symbol
-        Signals that it may read.
+        Recorded signals that the law may read.
     constants : mapping of str to sympy.Symbol
-        Constants of the declaration that it may contain.
+        Constants of the declaration that the law may contain.
     """
     if "control" not in root.values:
         return None
     table = root.table("control")
-    # The number pi is a number in a law.
+    # In a law, pi is the plain number and not a constant with a unit.
     known = {name: symbol for name, symbol in constants.items() if name != "pi"}
     if "law" in table.values:
         return _shipped_law(table, {**known, **recorded})
     # A law of the user: check the names, then read the blocks, the memories and the output.
     gains, memory = table.table("gains"), table.table("memory")
     for part in (gains, memory):
+        what = "the gain" if part is gains else "the memory"
         for name in part.values:
-            part.attempt(name, partial(check_symbol, name, "it", control=True))
+            part.attempt(name, partial(check_symbol, name, what, control=True))
     names = (*gains.values, *memory.values)
     symbols = {**known, **recorded, **_INPUTS, **{name: gain(name) for name in names}}
     at_rest = {**known, **_AT_REST}
@@ -223,36 +230,37 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
     symbols |= {name: block.value for name, block in blocks.items()}
     outputs = {str(output): output for output in (LIMITED_OUTPUT, UNLIMITED_OUTPUT)}
     following = {**symbols, **outputs}
-    kept = memory.each(Memory, symbols=following, own={"start": at_rest})
-    inside = [each for block in blocks.values() for each in block.memory]
-    # Mistakes in a gain or a memory are reported already; a gain of 1 is used for it.
-    wrong = (name for name in names if kept.get(name) is None)
+    memories = memory.each(Memory, symbols=following, own={"start": at_rest})
+    of_blocks = [each for block in blocks.values() for each in block.memory]
+    # A gain of 1 stands for a gain or a memory with a mistake, which is reported already.
+    stand_ins = dict.fromkeys((name for name in names if memories.get(name) is None), 1.0)
     given = {
-        "gains": {**dict.fromkeys(wrong, 1.0), **gains.read_all(gains.values, float)},
-        "memory": [*filter(None, kept.values()), *inside],
+        "gains": {**stand_ins, **gains.read_all(gains.values, float)},
+        "memory": [*filter(None, memories.values()), *of_blocks],
         "positive": (),
     }
     return table.made(ControlLaw, symbols, given=given, beside=("gains", "memory", "blocks"))
 
 
 def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
-    """Return a library law that a table names by ``law``; None after a mistake.
+    """Return the ready-made law that a table names by ``law``; None after a mistake.
 
-    The other keys of the table are the arguments of the law's function, and the law's delay and
-    interpolation of the reference.
+    The other keys of the table are the arguments of the law's function, and ``delay`` and
+    ``reference_between`` of `ControlLaw`.
     """
-    law = table.chosen("law", LAWS, "law", ", or omit the law and write its output")
+    law = table.chosen("law", LAWS, "law", ", or omit the key law and give the output of the law")
     if law is None:
         return None
     of_any = inspect.signature(ControlLaw).parameters
     timing = {key: of_any[key] for key in ("delay", "reference_between")}
 
-    def in_time(**fields: Any) -> ControlLaw:
-        late = {key: fields.pop(key) for key in timing if key in fields}
-        return replace(law(**fields), **late)
+    def with_timing(**fields: Any) -> ControlLaw:
+        """Return the law with its delay and its interpolation of the reference, if given."""
+        own_timing = {key: fields.pop(key) for key in timing if key in fields}
+        return replace(law(**fields), **own_timing)
 
     arguments = {**inspect.signature(law).parameters, **timing}
-    return table.made(in_time, symbols, arguments=arguments, beside=("law",))
+    return table.made(with_timing, symbols, arguments=arguments, beside=("law",))
 
 
 def _blocks(table: TomlTable, symbols: Symbols, at_rest: Symbols) -> dict[str, Block]:
@@ -268,9 +276,9 @@ def _blocks(table: TomlTable, symbols: Symbols, at_rest: Symbols) -> dict[str, B
     """
     found: dict[str, Block] = {}
     for name in table.values:
-        table.attempt(name, partial(check_name, name, "it"))
+        table.attempt(name, partial(check_name, name, "the block"))
         if name in symbols:
-            table.say(name, "the law has another symbol of this name. Rename one of them.")
+            table.say(name, "the law has another symbol of this name. Rename the block.")
         inner = table.table(name)
         make: Callable[..., Block] | None = inner.chosen("block", BLOCKS, "block")
         if make is None:
@@ -289,13 +297,14 @@ _FORMULAS = ("force", "inverse")
 def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
     """Return the drive of the table ``drive``; None without the table.
 
-    A drive that is wrong is None too; its mistakes are added to the table.
+    A drive with mistakes is None too; the mistakes are added to the table.
 
     Parameters
     ----------
     root : TomlTable
+        The whole document.
     symbols : mapping of str to sympy.Symbol
-        Constants, recorded signals and the motion, which formulas may use.
+        Constants, recorded signals and symbols of the motion, which formulas may use.
     """
     if "drive" not in root.values:
         return None
@@ -306,18 +315,19 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
             "kind",
             DRIVES,
             "drive",
-            ", or omit the kind and give a gain, or force and inverse",
+            ", or omit the key kind and give a gain, or force and inverse",
         )
     elif any(key in table.values for key in _FORMULAS):
         make = formula_drive
     if make is None:
         return None
+    # A lag or delay that is a table is a parameter to be estimated.
     times = {
         key: table.table(key).made(partial(Parameter, unit="s"), name=key)
         for key in HIDDEN_FROM
         if isinstance(table.values.get(key), Mapping)
     }
-    # A mistake in a table is reported for the table, and not for the drive too.
+    # A mistake in such a table is reported already: 0 stands for the time.
     given = {key: 0.0 if time is None else time for key, time in times.items()}
     formulas = {**symbols, str(DRIVE_GAIN): DRIVE_GAIN}
     return table.made(
@@ -334,7 +344,10 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
 
 
 def _arguments(make: Callable[..., Drive]) -> dict[str, inspect.Parameter]:
-    """Return the arguments of a function that makes a drive, and the optional ones of `Drive`."""
+    """Return the arguments of a function that makes a drive, together with those of `Drive`.
+
+    The arguments that only `Drive` has are optional.
+    """
     of_any = inspect.signature(Drive).parameters
     shared = {key: each.replace(default=None) for key, each in of_any.items()}
     known = {**shared, **inspect.signature(make).parameters}
@@ -362,16 +375,16 @@ _EQUATIONS: Mapping[str, tuple[Callable[..., Axis], tuple[str, ...]]] = {
 def _axis(root: TomlTable) -> Axis | None:
     """Return the axis that a TOML document declares; None after a mistake.
 
-    Each part is read even if others are wrong, so that all mistakes are reported. The steps are the
-    coordinate, the parameters, signals, constants and states, the equation of motion, then drive,
-    columns, control law and experiment.
+    Each part is read even if other parts have mistakes, so that all mistakes are reported. The
+    steps are the coordinate, the parameters, signals, constants and states, the equation of motion,
+    then drive, columns, control law and experiment.
     """
     root.only("name", "title", *_PARTS[:5], *_EQUATIONS, *_PARTS[5:])
     root.needs("name", "coordinate", "parameters", "drive")
     name = root.values.get("name", "axis")
     title = root.read("title", str) if "title" in root.values else ""
     named = root.attempt("name", lambda: check_name(name, "the axis"))
-    before = len(root.mistakes)
+    count_before = len(root.mistakes)
     coordinate = _coordinate(root)
     motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration) if coordinate else ()
     moving: Symbols = {str(symbol): symbol for symbol in motion}
@@ -380,16 +393,18 @@ def _axis(root: TomlTable) -> Axis | None:
     unknown: Symbols = {name: sympy.Symbol(name, real=True) for name in parameters}
     recorded: Symbols = {name: SignalSymbol(name, real=True) for name in signals}
     constants = _constants(root.table("constants"), unknown, recorded, moving)
-    # A state may occur in its own equation, so that its symbol is known before it is read.
+    # A state may occur in its own equation, so its symbol is made before its equation is read.
     states = root.table("states")
-    own: Symbols = {name: sympy.Symbol(name, real=True) for name in states.values}
-    kept = states.each(
-        State, symbols={**constants, **unknown, **moving, **own}, given={"parts": ()}
+    plain: Symbols = {name: sympy.Symbol(name, real=True) for name in states.values}
+    declared_states = states.each(
+        State, symbols={**constants, **unknown, **moving, **plain}, given={"parts": ()}
     )
-    remembered = {name: state.symbol if state else own[name] for name, state in kept.items()}
-    symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
+    internal = {
+        name: state.symbol if state else plain[name] for name, state in declared_states.items()
+    }
+    symbols = {**constants, **unknown, **recorded, **internal, **moving} if moving else {}
     declare = _dynamics(root, symbols, elements_along(coordinate) if coordinate else {})
-    readable = len(root.mistakes) == before
+    is_readable = len(root.mistakes) == count_before
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     columns = read_columns(root.table("columns"), (*ROLES, *recorded, "injected_at"))
     parts = {
@@ -398,8 +413,8 @@ def _axis(root: TomlTable) -> Axis | None:
         "columns": columns,
         "experiment": _experiment(root, unknown, recorded),
     }
-    # The axis is made only if everything in its equation of motion could be read.
-    if coordinate is None or declare is None or not readable:
+    # Make the axis only if everything in its equation of motion could be read.
+    if coordinate is None or declare is None or not is_readable:
         return None
     declared = partial(
         declare,
@@ -412,17 +427,21 @@ def _axis(root: TomlTable) -> Axis | None:
         **parts,
     )
     axis = root.attempt("", declared)
-    used = set() if axis is None else {state.name for state in axis.states}
-    for name in states.values if axis is not None else ():
+    if axis is None:
+        return None
+    used = {state.name for state in axis.states}
+    for name in states.values:
         if name not in used:
-            states.say(name, "it is not used. Write it into the force, or remove it.")
+            states.say(
+                name, "the state is not used. Write the state into the force, or remove the state."
+            )
     return axis
 
 
 def _coordinate(root: TomlTable) -> Coordinate | None:
-    """Return the coordinate of a document; None without one.
+    """Return the coordinate of a document; None without the table, or if its name is wrong.
 
-    A coordinate with a wrong unit is reported, and one with the same name replaces it.
+    A coordinate with a mistake is reported, and a coordinate of the same name, in m, replaces it.
     """
     if "coordinate" not in root.values:
         return None
@@ -433,9 +452,9 @@ def _coordinate(root: TomlTable) -> Coordinate | None:
 
 
 def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
-    """Return the symbols of the constants by name; `G` and `pi` are among them.
+    """Return the symbols of the constants by name, including `G` and `pi`.
 
-    `G` may be declared again. A name that another quantity has is a mistake.
+    `G` may be declared again with another value. The name of another quantity is a mistake.
 
     Parameters
     ----------
@@ -448,12 +467,20 @@ def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Sy
     others |= dict.fromkeys(moving, "symbol of the motion")
     for name, constant in table.each(Constant).items():
         if name in others:
-            table.say(name, f"it is also a {others[name]}. Rename one of them.")
+            table.say(name, f"the constant has the name of a {others[name]}. Rename the constant.")
         if name == "pi":
-            table.say(name, "it is the number pi already. Omit it, or choose another name.")
+            table.say(
+                name,
+                "pi is the number pi in every expression. Omit the constant, or choose another "
+                "name.",
+            )
         symbols[name] = ConstantSymbol(name, 1.0, "1") if constant is None else constant.symbol
         if constant and name == "G" and not constant.symbol.unit.same_dimension(G.symbol.unit):
-            table.say(name, f"it is an acceleration of gravity, in {G.unit}. Choose another name.")
+            table.say(
+                name,
+                f"G is the acceleration of gravity, in {G.unit}. Choose another name for the "
+                "constant.",
+            )
     return symbols
 
 
@@ -463,26 +490,39 @@ _OF_FORCES = ("inertia", "resistance", "generalised_force")
 def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
     """Return `newton` or `lagrange` with the expressions of its table as arguments.
 
-    None if there are no symbols, or after a mistake.
+    None without symbols, that is without a readable coordinate, and after a mistake.
+
+    Parameters
+    ----------
+    root : TomlTable
+        The whole document.
+    symbols : mapping of str to sympy.Symbol
+        Symbols that the expressions may name.
+    elements : mapping of str to callable
+        Elements of friction and load that the forces may call.
     """
     given = [key for key in _EQUATIONS if key in root.values]
     if len(given) != 1:
-        root.say("", f"the file has {len(given)} of the tables newton and lagrange. Give one.")
+        root.say(
+            "",
+            f"the file has {len(given)} of the tables newton and lagrange. Give exactly one of the "
+            "two tables.",
+        )
         return None
     if not symbols:
         return None
     declare, keys = _EQUATIONS[given[0]]
     known = inspect.signature(declare).parameters
     return root.table(given[0]).made(
-        lambda **said: partial(declare, **said),
+        lambda **expressions: partial(declare, **expressions),
         symbols,
         arguments={key: known[key] for key in keys},
-        elements=dict.fromkeys(_OF_FORCES, elements),  # no energy is given
+        elements=dict.fromkeys(_OF_FORCES, elements),  # an energy may call no element
     )
 
 
 def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experiment | None:
-    """Return the experiment of a document; None without one, or after a mistake."""
+    """Return the experiment of a document; None without the table, and after a mistake."""
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
@@ -491,26 +531,30 @@ def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experim
         "truth": table.table("truth").read_all(unknown, float),
         "signals": table.table("signals").read_all(recorded, sympy.Expr, {str(TIME): TIME}),
     }
-    # The keys that were read above are allowed in the table too.
+    # The keys that were read above are permitted in the table.
     return table.made(Experiment, given=given, beside=("back_and_forth", *given))
 
 
 def _moves(table: TomlTable) -> tuple[Move, ...]:
-    """Return the moves of an experiment, given one by one or as ``back_and_forth``.
+    """Return the moves of an experiment, from the list ``moves`` or from ``back_and_forth``.
 
-    If there are none, this is a mistake, and a substitute is returned.
+    An experiment without moves is a mistake, and a substitute of one move is returned.
     """
     stand_in = Move(1.0, 1.0, 1.0)
     given = [key for key in ("moves", "back_and_forth") if key in table.values]
     if len(given) != 1:
-        table.say("", f"the table has {len(given)} of the keys moves and back_and_forth. Give one.")
+        table.say(
+            "",
+            f"the table has {len(given)} of the keys moves and back_and_forth. Give exactly one of "
+            "the two keys.",
+        )
         return (stand_in,)
-    moves = table.items(given[0])
-    found = (
-        tuple(moves.table(key).made(Move) or stand_in for key in moves.values)
-        if given == ["moves"]
-        else table.table("back_and_forth").made(back_and_forth)
-    )
+    found: tuple[Move, ...] | None
+    if given == ["moves"]:
+        moves = table.items("moves")
+        found = tuple(moves.table(key).made(Move) or stand_in for key in moves.values)
+    else:
+        found = table.table("back_and_forth").made(back_and_forth)
     if found == ():
-        table.say(given[0], "it has no moves. Give at least one.")
+        table.say(given[0], "the experiment has no moves. Give at least one move.")
     return found or (stand_in,)

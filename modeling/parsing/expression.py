@@ -1,8 +1,8 @@
-"""Expressions that a user writes as text, read without running them.
+"""Read expressions that a user writes as text, without running them.
 
 Text passes a whitelist of characters, Python's parser, and a whitelist of syntax, node by node;
 every name must be declared. Length, nesting, powers and the size after expansion are bounded, so
-that no text takes long. Every error names the position in the text.
+that reading is fast for every text. Every error names the position in the text.
 """
 
 import ast
@@ -35,10 +35,10 @@ from .grammar import (
     small,
 )
 
-_LARGEST_POWER = 20
+_LARGEST_POWER = 20  # absolute value
 _LONGEST = 2000  # characters
 _DEEPEST_CALLS = 6
-_EXACT = 10**9
+_EXACT = 10**9  # below this size, whole numbers stay exact
 _SMALLEST, _LARGEST_FLOAT = math.ulp(0.0), sys.float_info.max
 _SHOWN = 60  # characters of a name or piece
 
@@ -57,14 +57,14 @@ _NOT_FINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I)
 
 @dataclass(slots=True)
 class ExpressionReader:
-    """Converts a syntax tree to a SymPy expression, node by node.
+    """Converter of a Python syntax tree to a SymPy expression, node by node.
 
     Attributes
     ----------
     text : str
         The whole text, for messages.
     start : int
-        Offset in the text at which the syntax begins.
+        Offset in the text of the first character that Python's parser has seen.
     symbols, elements : mapping
         Symbols, and elements of friction or load, that the text may use, by name.
     """
@@ -76,7 +76,14 @@ class ExpressionReader:
     _constants: ConstantValues = field(init=False, default_factory=ConstantValues)
 
     def read(self, tree: ast.expr) -> sympy.Expr:
-        """Return the expression of a whole text; one that is too large to be derived is refused."""
+        """Return the expression of a whole text.
+
+        Raises
+        ------
+        TextError
+            The text is not a permitted expression, or the expression is too large to be
+            differentiated.
+        """
         result = self._evaluated(tree, DEEPEST, _DEEPEST_CALLS)
         self._check_size(result)
         return result
@@ -88,13 +95,13 @@ class ExpressionReader:
         ----------
         node : ast.expr
         depth, calls : int
-            Permitted further levels of nesting, and of functions.
+            Numbers of further levels of nesting, and of nested function calls, that are permitted.
         """
         if not depth:
             raise nested(*self._at(node))
         if isinstance(node, ast.Call) and not calls:
             raise TextError(
-                f"functions are nested more than {_DEEPEST_CALLS} deep. Simplify it.",
+                f"functions are nested more than {_DEEPEST_CALLS} deep. Simplify the expression.",
                 *self._at(node),
             )
         match node:
@@ -107,7 +114,7 @@ class ExpressionReader:
                 return _OPERATORS[type(op)](self._evaluated(operand, depth - 1, calls))
             case ast.BinOp(op=op) if type(op) in _OPERATORS:
                 return self._chain(node, depth, calls)
-            # Friction or a load, and not a product of declared symbols.
+            # An element of friction or load, unless a declared symbol has its name.
             case ast.Call(func=ast.Name(id=name)) if (
                 name in self.elements and name not in self.symbols
             ):
@@ -118,36 +125,45 @@ class ExpressionReader:
                 raise not_allowed(_shortened(ast.unparse(node)), *self._at(node))
 
     def _check_size(self, result: sympy.Expr) -> None:
-        """Refuse an expression that is too large, may not be real, or has too large numbers."""
+        """Refuse an expression that is too large, may not be real, or has too large numbers.
+
+        In the exponent of a joined exponential (see `joined_exponential`) a number may be of any
+        size.
+        """
         in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
-                raise TextError("it is too large. Simplify it.", self.text, 0)
+                raise TextError(
+                    "the expression is too large. Simplify the expression.", self.text, 0
+                )
             if node.is_Mul and joined_exponential(node) is not None:
                 in_exponents.add(node.args[0])
-            is_held = not node.is_Number or node == 0 or _SMALLEST <= abs(node) <= _LARGEST_FLOAT
-            if node not in in_exponents and not is_held:
+            fits_float = not node.is_Number or node == 0 or _SMALLEST <= abs(node) <= _LARGEST_FLOAT
+            if node not in in_exponents and not fits_float:
                 raise TextError(
-                    "a number in it is too large or too small for a float.", self.text, 0
+                    "a number in the expression is too large or too small for a float. Change the "
+                    "number.",
+                    self.text,
+                    0,
                 )
-            plain = node.is_Symbol or node.is_Number or node.is_NumberSymbol
-            if not plain and node.func not in NODES:
+            is_leaf = node.is_Symbol or node.is_Number or node.is_NumberSymbol
+            if not is_leaf and node.func not in NODES:
                 raise TextError(
-                    f"it may not be real: the result contains {type(node).__name__}. Write a real "
-                    "expression.",
+                    f"the expression may not be real: it contains {type(node).__name__}. Write a "
+                    "real expression.",
                     self.text,
                     0,
                 )
             if not self._constants.fits(node):
                 raise TextError(
-                    "with the values of its constants a part of it has no value, or a value above "
-                    f"{LARGEST:g}. Change the constants or the expression.",
+                    "with the values of the constants, a part of the expression has no value, or "
+                    f"a value above {LARGEST:g}. Change the constants or the expression.",
                     self.text,
                     0,
                 )
 
     def _symbol(self, node: ast.AST, name: str) -> sympy.Expr:
-        """Return the symbol of a name; ``pi`` is a number."""
+        """Return the symbol that a name stands for; the number for ``pi``."""
         if name in self.symbols:
             return self.symbols[name]
         if name == "pi":
@@ -164,20 +180,30 @@ class ExpressionReader:
         )
 
     def _chain(self, node: ast.BinOp, depth: int, calls: int) -> sympy.Expr:
-        """Return a sum, a product or a power; a sum or product of any length is one level deep."""
+        """Return a sum, a product or a power; a sum or product of any length is one level deep.
+
+        Python parses ``a + b + c`` as ``(a + b) + c``. The chain of such operations is collected
+        from the last operation to the first, and then evaluated from the first to the last.
+        """
         kinds = next((kinds for kinds in _CHAINED if isinstance(node.op, kinds)), ())
         links: list[ast.BinOp] = [node]
-        while isinstance(inner := links[-1].left, ast.BinOp) and isinstance(inner.op, kinds):
+        inner = node.left
+        while isinstance(inner, ast.BinOp) and isinstance(inner.op, kinds):
             links.append(inner)
-        value = self._evaluated(links[-1].left, depth - 1, calls)
+            inner = inner.left
+        value = self._evaluated(inner, depth - 1, calls)
         for link in reversed(links):
             value = self._combined(link, value, self._evaluated(link.right, depth - 1, calls))
         return value
 
     def _combined(self, node: ast.BinOp, left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:
-        """Return an operation on two expressions; two numbers are computed at once.
+        """Return the result of an operation on two expressions; a number for two numbers.
 
-        A power, a quotient or a combination of constants without a permitted value is refused.
+        Raises
+        ------
+        TextError
+            The result is a power, a quotient or a combination of constants without a permitted
+            value.
         """
         operation = _OPERATORS[type(node.op)]
         if left.is_Number and right.is_Number:
@@ -188,7 +214,9 @@ class ExpressionReader:
                 if isinstance(factor, sympy.exp):
                     self._check_logarithm(node.right, right * factor.args[0])
         if isinstance(node.op, ast.Div) and 0 in (right, self._constants.value(right)):
-            raise TextError("this divides by zero.", *self._at(node.right))
+            raise TextError(
+                "the divisor is zero. Write a divisor other than zero.", *self._at(node.right)
+            )
         self._check_constants(node, operation, left, right)
         result = self._real(node, operation, left, right)
         if isinstance(node.op, ast.Pow):  # powers of powers multiply
@@ -199,9 +227,9 @@ class ExpressionReader:
     def _call(
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
-        """Return a function of expressions, such as ``sin(q)``; of numbers, its value."""
+        """Return a function of expressions, such as ``sin(q)``; its value if all are numbers."""
         if name not in FUNCTIONS:
-            there = [*FUNCTIONS, *self.elements]
+            known = [*FUNCTIONS, *self.elements]
             if name in self.symbols:
                 raise TextError(
                     f"{name} is not a function. Write {name}*(...) for a product.",
@@ -209,7 +237,7 @@ class ExpressionReader:
                 )
             raise TextError(
                 f"the function {_shortened(name)} is not known. Known functions are "
-                f"{', '.join(there)}.{nearest(name, there)}",
+                f"{', '.join(known)}.{nearest(name, known)}",
                 *self._at(node),
             )
         function = FUNCTIONS[name]
@@ -228,7 +256,7 @@ class ExpressionReader:
         return self._real(node, function.symbolic, *inner)
 
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
-        """Return an element of friction or load, such as ``stribeck(...)``, of expressions."""
+        """Return the force of an element of friction or load, such as ``stribeck(...)``."""
         arguments = [self._evaluated(each, depth - 1, calls - 1) for each in node.args]
         if any(each.arg is None for each in node.keywords):
             raise not_allowed("**", *self._at(node))
@@ -237,55 +265,58 @@ class ExpressionReader:
             for each in node.keywords
         }
         try:
-            made = self._real(node, partial(self.elements[name], **named), *arguments)
+            force = self._real(node, partial(self.elements[name], **named), *arguments)
         except ModelError as error:
             raise TextError(str(error), *self._at(node), code=error.code) from error
-        for power in sorted(made.atoms(sympy.Pow), key=str):
+        for power in sorted(force.atoms(sympy.Pow), key=str):
             self._check_exponent(node, *power.as_base_exp())
-        return made
+        return force
 
     def _check_logarithm(self, node: ast.AST, exponent: sympy.Expr) -> None:
         """Refuse a large factor of a log in an exponent: SymPy turns exp(n log(x)) into x**n."""
         numbers = with_numbers(exponent).atoms(sympy.Number)
         if exponent.has(sympy.log) and any(abs(float(n)) > _LARGEST_POWER for n in numbers):
             raise TextError(
-                f"a number above {_LARGEST_POWER} multiplies a log in an exponent. Use **.",
+                f"a number above {_LARGEST_POWER} multiplies a log in an exponent. Write a power "
+                "with **.",
                 *self._at(node),
             )
 
     def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
-        """Refuse a power above 20, unless base and power are constants.
+        """Refuse an exponent above 20 in size, unless base and exponent are constants.
 
-        Such a power is one number, which is checked as a number.
+        A power of constants is one number, which is checked as a number.
         """
         value = self._constants.value(power)
-        one_number = not power.is_Number and self._constants.value(base) is not None
-        if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
+        is_constant = not power.is_Number and self._constants.value(base) is not None
+        if value is not None and not is_constant and not abs(value) <= _LARGEST_POWER:
             place = node.right if isinstance(node, ast.BinOp) else node
             raise TextError(
-                f"the power {power} is above {_LARGEST_POWER}.",
+                f"the power {power} is above {_LARGEST_POWER}. Use a power from {-_LARGEST_POWER} "
+                f"to {_LARGEST_POWER}.",
                 *self._at(place),
             )
 
     def _check_constants(
         self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
     ) -> None:
-        """Refuse an operation on numbers and constants whose value is too large."""
+        """Refuse an operation on numbers and constants whose value is above 1e100 in size."""
         values = [self._constants.value(part) for part in parts]
         if not all(value is not None for value in values):
             return
-        if not small(value := self._number(node, operation, *values)):
+        value = self._number(node, operation, *values)
+        if not small(value):
             raise TextError(
-                f"this is {value:.3g} with the values of its constants. Keep it within "
+                f"the result is {value:.3g} with the values of the constants. Keep its size below "
                 f"{LARGEST:g}.",
                 *self._at(node),
             )
 
     def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
-        """Return an operation on numbers as a number, computed in floating point.
+        """Return the result of an operation on numbers, computed in floating point.
 
         Exact arithmetic could take very long. A quotient of whole numbers that is exact in floating
-        point stays a fraction: ``1/2`` is the half of an energy, and ``x**(1/2)`` a root.
+        point stays a fraction, such as ``1/2`` as the factor of an energy or as an exponent.
         """
         value = self._number(node, operation, *map(float, numbers))
         if value == int(value) and abs(value) < _EXACT:
@@ -297,27 +328,33 @@ class ExpressionReader:
         return sympy.Float(value)
 
     def _number(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> float:
-        """Return an operation on floats as a float; one that is not finite and real is refused."""
-        value = self._tried(node, operation, *numbers)
+        """Return the result of an operation on floats; a result not finite and real is refused."""
+        value = self._result(node, operation, *numbers)
         if isinstance(value, complex) or not math.isfinite(value):
-            raise TextError(f"this number is {value}, not a finite real one.", *self._at(node))
+            raise TextError(
+                f"the result is {value}. Write an expression with a finite real value.",
+                *self._at(node),
+            )
         return float(value)
 
     def _real(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
-        """Return an operation on expressions; one without a finite real value is refused."""
-        result = self._tried(node, make, *parts)
+        """Return the result of an operation on expressions; refuse an infinite or imaginary one."""
+        result = self._result(node, make, *parts)
         if any(part in _NOT_FINITE for part in (result, *result.args)):
-            raise TextError("this has no finite real value.", *self._at(node))
+            raise TextError(
+                "the result is not finite and real. Write an expression with a finite real value.",
+                *self._at(node),
+            )
         return result
 
-    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> Any:
-        """Return the result of an operation; an arithmetic error becomes a mistake in the text."""
+    def _result(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> Any:
+        """Return the result of an operation; an error of the operation becomes a `TextError`."""
         try:
             return make(*parts)
         except CANNOT as error:
-            # An overflow has a number before its message; a refusal is a sentence.
-            said = "".join(map(str, error.args[-1:])).rstrip(".")
-            raise TextError(f"this has no value: {said}.", *self._at(node)) from error
+            # The last argument is the message; an overflow has an error number before it.
+            reason = "".join(map(str, error.args[-1:])).rstrip(".")
+            raise TextError(f"the result has no value: {reason}.", *self._at(node)) from error
 
     def _at(self, node: ast.AST) -> tuple[str, int]:
         """Return the text, and the offset in it at which a node begins."""
@@ -329,7 +366,7 @@ def _shortened(text: str) -> str:
     return text if len(text) < _SHOWN else f"{text[:_SHOWN]}..."
 
 
-# A number followed directly by a name, such as ``2x``; and characters that no expression has.
+# A number followed directly by a name, such as ``2x``, and a character that no expression contains.
 _RUN_ON = re.compile(r"(?<![\w.])((?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+)([\w.])", re.ASCII)
 _FOREIGN = re.compile(r"[^\w\s.+\-*/(),=]", re.ASCII)
 
@@ -345,40 +382,43 @@ def read_expression(
     ----------
     text : str
     symbols : mapping of str to sympy.Symbol
-        Symbols that it may name, in addition to ``pi``.
+        Symbols that the text may name, in addition to ``pi``.
     elements : mapping of str to callable, optional
-        Friction and loads that it may call; none by default.
+        Elements of friction and load that the text may call; none by default.
 
     Raises
     ------
     TextError
-        It contains something else, or is too large.
+        The text is not a permitted expression, or the expression is too large.
     """
+    # Refuse texts that are long, empty, or contain foreign characters or run-on numbers.
     if len(text) > _LONGEST:
         raise TextError(
-            f"it has {len(text)} characters. Write {_LONGEST} or fewer.",
+            f"the expression has {len(text)} characters. Write {_LONGEST} or fewer.",
             text,
             _LONGEST,
         )
     if not text.strip():
-        raise TextError("it is empty.", text, 0)
+        raise TextError("the expression is empty. Write an expression.", text, 0)
     if foreign := _FOREIGN.search(text):
         hint = ", and ** for a power" if foreign[0] == "^" else ""
         raise not_allowed(foreign[0], text, foreign.start(), hint)
     if run_on := _RUN_ON.search(text):
         raise TextError(
             f"{run_on[0]!r} cannot be used, because an operator is missing after the number. Write "
-            f"one, as in {run_on[1]}*{run_on[2]}.",
+            f"the operator, as in {run_on[1]}*{run_on[2]}.",
             text,
             run_on.start(),
         )
+    # Parse the text as one line, then convert the syntax tree.
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
     try:
         tree = ast.parse(flat.strip(), mode="eval").body
     except SyntaxError as error:
         raise TextError(
-            f"an operator, a number or a name is missing or superfluous here ({error.msg}).",
+            f"an operator, a number or a name is missing or superfluous here ({error.msg}). "
+            "Correct the expression at this position.",
             text,
             start + (error.offset or len(flat.strip()) + 1) - 1,
         ) from error

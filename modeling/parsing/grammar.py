@@ -1,4 +1,4 @@
-"""Grammar of expressions in a text, mistakes with their position, and the size of numbers.
+"""Grammar of expressions in text, errors with their position, and bounds on numbers.
 
 The elements of friction and load, such as ``stribeck(Fs, x, velocity=0.01)``, are the functions of
 `axisid.modeling.declaration.elements` with the same arguments. A plain number as their argument has
@@ -30,23 +30,27 @@ _SHOWN = 60  # characters around a mistake
 
 
 class TextError(UsageError):
-    """A text cannot be read.
+    """Error for a text that is not a permitted expression.
 
     Parameters
     ----------
     reason : str
-        The reason, a sentence.
+        Mistake and remedy, in sentences.
     text : str
         The whole text.
     offset : int
-        Offset of the offending character.
+        Offset in the text at which the mistake begins.
     code : str
-        Code of the error; by default that of the class.
+        Code of the error; by default the code of the class.
 
     Attributes
     ----------
-    reason, where, pointer : str
-        The sentence; the position, ``column 3``; and the line of the text with a caret below.
+    reason : str
+        Mistake and remedy, in sentences.
+    where : str
+        Position of the mistake: ``column 3``, or ``line 2, column 3`` in a text of several lines.
+    pointer : str
+        The line of the text with a caret below the mistake; empty for an empty line.
     """
 
     code = "formula"
@@ -64,11 +68,12 @@ class TextError(UsageError):
         self.reason = reason
 
     def __reduce__(self) -> tuple[Any, ...]:
+        """Return the call that makes a copy of the error, for pickles."""
         return partial(type(self), code=self.code), self._given
 
 
 def nearest(name: str, names: Collection[str]) -> str:
-    """Return the question whether a similar name was meant; empty without a similar one.
+    """Return `` Did you mean 'NAME'?`` with the most similar name; empty without a similar name.
 
     Parameters
     ----------
@@ -87,7 +92,7 @@ DEEPEST = 15
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function that text may call.
+    """A mathematical function that an expression in text may call.
 
     Attributes
     ----------
@@ -104,7 +109,7 @@ class Function:
     arguments: int = 1
 
 
-#: Functions that text may call; code is generated for each of them.
+#: Mathematical functions that text may call, by name; each can be translated to generated code.
 FUNCTIONS = {
     "sin": Function(sympy.sin, math.sin),
     "cos": Function(sympy.cos, math.cos),
@@ -125,7 +130,7 @@ FUNCTIONS = {
     "max": Function(Max, max, 2),
 }
 
-#: SymPy classes of the nodes that text may produce.
+#: SymPy classes of the operations and functions that an expression may contain.
 NODES = frozenset({sympy.Add, sympy.Mul, sympy.Pow, *(f.symbolic for f in FUNCTIONS.values())})
 
 
@@ -142,31 +147,32 @@ def not_allowed(piece: str, text: str, offset: int, hint: str = "") -> TextError
 def nested(text: str, offset: int) -> TextError:
     """Return the error for a text that is nested too deeply."""
     return TextError(
-        f"it is nested more than {DEEPEST} levels deep. Simplify it.",
+        f"the expression is nested more than {DEEPEST} levels deep. Simplify the expression.",
         text,
         offset,
     )
 
 
-#: Largest magnitude of a part that contains constants.
+#: Largest absolute value of a part of an expression that contains constants.
 LARGEST = 1e100
 
+# Operations in floating point, by SymPy class.
 _FLOATS: dict[Any, Callable[..., float]] = {
     sympy.Add: lambda *terms: math.fsum(terms),
     sympy.Mul: lambda *factors: math.prod(factors),
     sympy.Pow: operator.pow,
-    sympy.Heaviside: lambda x, at_0: at_0 if x == 0 else float(x > 0),  # slopes of min and max
+    sympy.Heaviside: lambda x, at_0: at_0 if x == 0 else float(x > 0),  # derivatives of min and max
     **{function.symbolic: function.number for function in FUNCTIONS.values()},
 }
 
 
 class ConstantValues:
-    """Floating-point values of expressions, each evaluated once.
+    """Floating-point values of expressions of constants, each evaluated once.
 
     Parameters
     ----------
     known : mapping of sympy.Expr to float
-        Values of symbols.
+        Values of further symbols, such as parameters; none by default.
     """
 
     def __init__(self, known: Mapping[sympy.Expr, float] = MappingProxyType({})) -> None:
@@ -176,22 +182,27 @@ class ConstantValues:
     def value(self, expression: sympy.Expr) -> float | None:
         """Return the value of an expression.
 
-        None if it contains a symbol without a value, NaN if it is not finite and real.
+        It is None if the expression contains a symbol without a value, and NaN if the value is not
+        finite and real.
         """
         if expression not in self._found:
             try:
-                self._found[expression] = self._worked_out(expression)
+                self._found[expression] = self._evaluated(expression)
             except CANNOT:
                 self._found[expression] = math.nan
         return self._found[expression]
 
     def number(self, expression: sympy.Expr) -> float:
-        """Return the value of an expression; NaN if it has none."""
+        """Return the value of an expression; NaN if it has no finite real value."""
         value = self.value(expression)
         return math.nan if value is None else value
 
     def fits(self, node: sympy.Expr) -> bool:
-        """Return whether the value of a node, or of the constants in it, is 1e100 at most."""
+        """Return whether the constant part of a node is at most 1e100 in size.
+
+        It is the sum or the product of the terms or factors that have a value, and the whole node
+        if the node is not a sum or a product. A node without constants fits.
+        """
         if node.is_Symbol or not node.has(ConstantSymbol):
             return True
         parts = node.args if node.is_Add or node.is_Mul else (node,)
@@ -203,8 +214,8 @@ class ConstantValues:
         except CANNOT:
             return False
 
-    def _worked_out(self, expression: sympy.Expr) -> float | None:
-        """Return the value of an expression from those of its arguments, as `value` does."""
+    def _evaluated(self, expression: sympy.Expr) -> float | None:
+        """Return the value of an expression from the values of its arguments, as in `value`."""
         if isinstance(expression, ConstantSymbol):
             return expression.value
         if expression.is_Number or expression.is_NumberSymbol:
@@ -221,36 +232,37 @@ class ConstantValues:
 
 
 def small(value: float) -> bool:
-    """Return whether a number is real, and 1e100 at most in size."""
+    """Return whether a number is real and at most 1e100 in size."""
     return not isinstance(value, complex) and abs(value) <= LARGEST
 
 
-#: Friction and loads that text may call, by name.
+#: Elements of friction and load that text may call, by name.
 Elements: TypeAlias = Mapping[str, Callable[..., sympy.Expr]]
 
 
 def elements_along(coordinate: Coordinate) -> Elements:
-    """Return the elements of friction and load that text may call, for one coordinate."""
-    return {name: partial(_made, name, coordinate) for name in ELEMENTS}
+    """Return the elements of friction and load for one coordinate, by name."""
+    return {name: partial(_element_force, name, coordinate) for name in ELEMENTS}
 
 
-def _made(
+def _element_force(
     element: str, along: Coordinate, /, *arguments: sympy.Expr, **named: sympy.Expr
 ) -> sympy.Expr:
-    """Return the expression of an element of friction or load.
+    """Return the force of an element of friction or load.
 
     Parameters
     ----------
     element : str
         Name of the element.
     along : Coordinate
-        The coordinate that the text may name.
+        The coordinate of the axis, the only one that the text may name.
     *arguments, **named : sympy.Expr
+        Arguments of the element, as written in the text.
 
     Raises
     ------
     ModelError
-        The element takes other arguments, or other values.
+        The arguments do not fit the signature of the element, or the element refuses a value.
     """
     signature = inspect.signature(ELEMENTS[element])
     try:
@@ -262,14 +274,15 @@ def _made(
             f"{element}{inspect.Signature(bare)}."
         ) from error
     for key, value in bound.arguments.items():
-        bound.arguments[key] = _taken(element, along, key, value)
+        bound.arguments[key] = _converted(element, along, key, value)
     return ELEMENTS[element](*bound.args, **bound.kwargs)
 
 
-def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
+def _converted(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
     """Return an argument of an element in the type that the element expects.
 
-    A symbol for the coordinate becomes the coordinate, a number an int or a float.
+    The symbol of the coordinate becomes the `Coordinate`, a number an int or a float. Another
+    expression stays as it is.
 
     Raises
     ------
@@ -279,7 +292,7 @@ def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
     if key == "coordinate":
         if value != along.symbol:
             raise ModelError(
-                f"the coordinate of {element}(...) is {value}. Give {along.name}.",
+                f"the coordinate of {element}(...) is {value}. Write {along.name}.",
                 code="formula",
             )
         return along

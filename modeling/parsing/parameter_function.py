@@ -1,4 +1,4 @@
-"""Functions of the parameters that a user writes: ``M/Fv``, checked in their units.
+"""Functions of the parameters that a user writes, such as ``M/Fv``, with their units checked.
 
 Text is read by a separate parser, for arithmetic and a few functions; nothing in it is run.
 """
@@ -23,20 +23,20 @@ from axisid.support.errors import UsageError
 from .expression import read_expression
 from .grammar import FUNCTIONS, NODES, ConstantValues
 
-#: Types that a function of parameters may be given as.
+#: Types in which a user may give a function of parameters.
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterFunction:
-    """A function of parameters.
+    """A function of parameters, with its unit.
 
     Attributes
     ----------
     expression : sympy.Expr
     unit : Unit
     parameters : tuple of sympy.Symbol
-        Length p; parameters on which it may depend.
+        Length p; all parameters, in the order of the values at which the function is evaluated.
     """
 
     expression: sympy.Expr
@@ -44,7 +44,7 @@ class ParameterFunction:
     parameters: tuple[sympy.Symbol, ...]
 
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
-        """Return value, gradient (p,) and Hessian (p, p) for parameters (p,).
+        """Return value, gradient (p,) and Hessian (p, p) at parameter values (p,).
 
         An entry that is not finite and real is NaN.
         """
@@ -57,11 +57,11 @@ class ParameterFunction:
         )
 
     def value(self, values: Sequence[float]) -> float:
-        """Return the value for parameters (p,); NaN if it is not finite and real."""
+        """Return the value at parameter values (p,); NaN if it is not finite and real."""
         return self._floats(values).number(self.expression)
 
     def _floats(self, values: Sequence[float]) -> ConstantValues:
-        """Return an evaluator of expressions for parameters (p,)."""
+        """Return an evaluator of expressions at parameter values (p,)."""
         return ConstantValues(dict(zip(self.parameters, map(float, values), strict=True)))
 
 
@@ -71,26 +71,27 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     Parameters
     ----------
     what : str or SymPy expression
-        The function, of the names in `units`. Text may use ``+ - * / **``, pi and `FUNCTIONS`, sqrt
-        and the like.
+        The function of the parameters in `units`. Text may use ``+ - * / **``, pi and `FUNCTIONS`,
+        such as sqrt.
     units : mapping of str to str
-        Units of the parameters.
+        Units of all parameters, by name.
 
     Raises
     ------
     UsageError
-        It cannot be read, names something else, or its units do not fit.
+        The text cannot be read, the function contains an unknown parameter or a function that is
+        not permitted, or its units do not fit.
     """
     symbols = {name: sympy.Symbol(name, real=True) for name in units}
-    written = (
-        read_expression(what, symbols)
-        if isinstance(what, str)
-        else expression(what, "the function")
-    )
+    if isinstance(what, str):
+        written = read_expression(what, symbols)
+    else:
+        written = expression(what, "the function")
+    # Use the parameters' own symbols, and permit only operations that can be evaluated.
     unknown = sorted(str(s) for s in written.free_symbols if str(s) not in symbols)
     if unknown:
         raise UsageError(
-            f"there is no parameter {', '.join(unknown)}. The parameters are {', '.join(symbols)}."
+            f"there is no parameter {', '.join(unknown)}. Use the parameters {', '.join(symbols)}."
         )
     function = written.xreplace({s: symbols[str(s)] for s in written.free_symbols})
     for node in sympy.preorder_traversal(function):

@@ -1,7 +1,8 @@
-"""TOML files written by a user: their tables, read as the arguments of declared objects.
+"""Read the tables of a user's TOML file as the arguments of declared objects.
 
 The possible and the required keys, and the type of each, follow from the signature of the function
-that the table calls. Mistakes are collected, not raised.
+that the table calls. Mistakes are collected in a list, not raised, so that a user sees all of them
+at once.
 """
 
 import inspect
@@ -38,9 +39,9 @@ class TomlTable:
     Attributes
     ----------
     path : str
-        Keys that lead to the table; empty for the document.
+        Keys that lead to the table, as in ``control.gains``; empty for the whole document.
     values : mapping
-        Values as TOML has them.
+        Values by key, in the types of `tomllib`.
     mistakes : list of str
         Mistakes found so far, shared by all tables of the document; every method adds to it.
     """
@@ -50,15 +51,16 @@ class TomlTable:
     mistakes: list[str]
 
     def say(self, key: str, problem: str, pointer: str = "") -> None:
-        """Add a mistake.
+        """Append a mistake to the list, with the path of its key.
 
         Parameters
         ----------
         key : str
+            Key of this table; empty for the table itself.
         problem : str
-            The mistake, a sentence.
+            The mistake and its remedy, in sentences.
         pointer : str
-            A line of the text with a caret below, printed on lines of its own; empty for none.
+            A line of the text with a caret below, printed on separate lines; empty for none.
         """
         if len(problem) > _LONGEST_MISTAKE:
             problem = f"{problem[:_LONGEST_MISTAKE]} ..."
@@ -67,7 +69,7 @@ class TomlTable:
         self.mistakes.append(f"{where}{problem}{lines}")
 
     def at(self, key: str) -> str:
-        """Return the path of a key from the document, as in ``control.gains.kp``."""
+        """Return the path of a key of this table from the document: ``control.gains.kp``."""
         bare = key if re.fullmatch(r"[\w-]*(\[\d+\])?", key, re.ASCII) else repr(key[:60])
         return f"{self.path}.{bare}" if self.path and bare else self.path or bare
 
@@ -75,20 +77,23 @@ class TomlTable:
         """Report each key of the table that is not one of these as a mistake."""
         for key in self.values:
             if key not in keys:
-                listed = f"the keys here are {', '.join(keys)}" if keys else "there are none here"
-                self.say(key, f"there is no such key: {listed}.{nearest(key, keys)}")
+                listed = f"Known keys are {', '.join(keys)}" if keys else "This table has no keys"
+                self.say(key, f"the key is unknown. {listed}.{nearest(key, keys)}")
 
     def needs(self, *keys: str) -> None:
         """Report each of these keys that is missing as a mistake."""
         for key in keys:
             if key not in self.values:
-                self.say(key, "it is missing. Add it.")
+                self.say(key, "the key is missing. Add the key.")
 
     def table(self, key: str) -> "TomlTable":
-        """Return the table under a key; empty if it is absent or not a table."""
+        """Return the table under a key; an empty table if the key is absent.
+
+        A value that is not a table is a mistake, and gives an empty table too.
+        """
         value = self.values.get(key, {})
         if not isinstance(value, Mapping):
-            self.say(key, f"it is {value!r}. Give a table, as in [{self.at(key)}].")
+            self.say(key, f"the value is {value!r}. Give a table, as in [{self.at(key)}].")
             value = {}
         return TomlTable(self.at(key), value, self.mistakes)
 
@@ -103,7 +108,10 @@ class TomlTable:
         return TomlTable(self.path, items, self.mistakes)
 
     def attempt(self, key: str, make: Callable[[], T]) -> T | None:
-        """Return the result of a function; after an error None, and the error becomes a mistake."""
+        """Call a function without arguments and return its result; None if it refuses.
+
+        The refusal, a `TextError`, `ModelError` or `UsageError`, is added as a mistake.
+        """
         try:
             return make()
         except TextError as error:
@@ -113,16 +121,17 @@ class TomlTable:
         return None
 
     def chosen(self, key: str, options: Mapping[str, T], what: str, hint: str = "") -> T | None:
-        """Return the option that the value of a key names; otherwise None and a mistake.
+        """Return the option whose name is the value of a key; None after a mistake.
 
         Parameters
         ----------
         key : str
         options : mapping of str to object
+            Permitted options by name.
         what : str
-            Kind of the options, for the message.
+            Noun for an option in the message, such as ``law``.
         hint : str
-            End of the message.
+            Clause after the names of the options in the message; empty for none.
         """
         name = self.values.get(key)
         if isinstance(name, str) and name in options:
@@ -134,18 +143,18 @@ class TomlTable:
     def read(
         self, key: str, kind: Any, symbols: Symbols = _NONE, elements: Elements = _NONE
     ) -> Any:
-        """Return the value of a key; None and a mistake if it is not of the wanted kind.
+        """Return the value of a key in the type of an argument; None after a mistake.
 
         Parameters
         ----------
         key : str
         kind : type
-            Type as a signature declares it. A type other than text, number, switch or list means an
-            expression.
+            Annotation of the argument. A tuple or an iterable takes a list. A type other than text,
+            number and bool takes an expression.
         symbols : mapping of str to sympy.Symbol
             Symbols that an expression may name.
         elements : mapping of str to callable, optional
-            Friction and loads that an expression may call.
+            Elements of friction and load that an expression may call.
         """
         value = self.values[key]
         if get_origin(kind) in (tuple, Iterable):
@@ -157,7 +166,11 @@ class TomlTable:
         return self.attempt(key, lambda: _expression(value, symbols, elements))
 
     def read_all(self, keys: Iterable[str], kind: Any, symbols: Symbols = _NONE) -> dict[str, Any]:
-        """Return the values of these keys that are of a kind; any other key is a mistake."""
+        """Return the values of the given keys that are in the table, by key.
+
+        All have one type `kind`, as in `read`. A value of another type is omitted after a mistake,
+        and any other key of the table is a mistake.
+        """
         self.only(*keys)
         found = {key: self.read(key, kind, symbols) for key in keys if key in self.values}
         return {key: value for key, value in found.items() if value is not None}
@@ -178,34 +191,38 @@ class TomlTable:
 
         The keys are checked against the arguments of the function, and the values are read. A value
         that could not be read is replaced by an acceptable one. If the function refuses the
-        arguments, the argument that causes this is searched, reported and left out, and the
-        function is called again, so that all mistakes are found.
+        arguments, the argument that causes the refusal is searched, reported and omitted. The
+        function is then called again, until it accepts, so that all mistakes are found.
 
         Parameters
         ----------
         make : callable
+            Function whose arguments are the keys of the table.
         symbols : mapping of str to sympy.Symbol
             Symbols that expressions may name.
         arguments : mapping of str to inspect.Parameter
             Arguments of `make`, if its signature does not state them.
         name : str
-            The argument ``name``, if it is the key of the table.
+            Value of the argument ``name``, if the table's own key is the name, as in
+            ``[parameters.M]``; empty if ``name`` is an ordinary argument.
         given : mapping
             Values of arguments that are not keys of the table.
         beside : collection of str
-            Keys of the table that are not arguments.
+            Further permitted keys of the table, which are not arguments.
         own : mapping of str to mapping
-            Symbols that the expressions of single keys may name instead of `symbols`.
+            For single keys, the symbols that their expressions may name instead of `symbols`.
         elements : mapping of str to mapping
-            Friction and loads that the expressions of single keys may call.
+            For single keys, the elements of friction and load that their expressions may call.
         """
-        before = len(self.mistakes)
-        others = {*given, "name"} if name else given
+        count_before = len(self.mistakes)
         known = arguments or inspect.signature(make).parameters
-        keys = {key: argument for key, argument in known.items() if key not in others}
+        # Check the keys: each must be an argument, and each argument without default must be there.
+        not_keys = {*given, "name"} if name else given
+        keys = {key: argument for key, argument in known.items() if key not in not_keys}
         needed = {key: argument for key, argument in known.items() if argument.default is _ABSENT}
         self.only(*beside, *keys)
         self.needs(*(key for key in needed if key in keys))
+        # Read the values; None stands for a value that could not be read.
         found = {
             key: self.read(
                 key, keys[key].annotation, own.get(key, symbols), elements.get(key, _NONE)
@@ -213,23 +230,26 @@ class TomlTable:
             for key in self.values
             if key in keys
         }
-        stand_ins = {key: _neutral(argument) for key, argument in known.items()}
         # A value that could not be read is reported already, and a substitute replaces it.
+        stand_ins = {key: _neutral(argument) for key, argument in known.items()}
         fields = {key: stand_ins[key] if value is None else value for key, value in found.items()}
         fields |= {"name": name} if name else {}
         neutral = {**{key: stand_ins[key] for key in needed}, **given}
-        result: T | ModelError | None = _tried(make, {**neutral, **fields})
+        # Call the function until it accepts, each time without the argument that it refused.
+        result: T | ModelError | None = _result_or_refusal(make, {**neutral, **fields})
         while isinstance(result, ModelError):
-            key, fields = _without_guilty(make, neutral, fields, stand_ins, result)
-            if found.get(key, "") is not None and (key or len(self.mistakes) == before):
+            key, fields = _without_refused(make, neutral, fields, stand_ins, result)
+            # Not reported: a substitute that is refused, and, if there are other mistakes already,
+            # a refusal for which no argument was found.
+            if found.get(key, "") is not None and (key or len(self.mistakes) == count_before):
                 self.say(key if key in self.values else "", str(result))
-            result = _tried(make, {**neutral, **fields}) if key else None
-        return result if len(self.mistakes) == before else None
+            result = _result_or_refusal(make, {**neutral, **fields}) if key else None
+        return result if len(self.mistakes) == count_before else None
 
     def each(self, make: Callable[..., T], **how: Any) -> dict[str, T | None]:
-        """Return the objects made from the tables in this table, by name; None after a mistake.
+        """Return the objects made from the tables in this table, by name.
 
-        Arguments are those of `made`.
+        A table with a mistake gives None. The arguments are those of `made`.
         """
         return {name: self.table(name).made(make, name=name, **how) for name in self.values}
 
@@ -237,18 +257,18 @@ class TomlTable:
 _ABSENT = inspect.Parameter.empty
 
 
-def _without_guilty(
+def _without_refused(
     make: Callable[..., Any],
     neutral: Mapping[str, Any],
     fields: Mapping[str, Any],
     stand_ins: Mapping[str, Any],
     error: ModelError,
 ) -> tuple[str, dict[str, Any]]:
-    """Return the argument that causes a refusal, and the arguments without it.
+    """Return the name of the argument that causes a refusal, and the arguments without it.
 
-    First each argument is left out, or replaced by an acceptable value, to see if the function then
-    accepts the rest. Otherwise each argument is tried alone among acceptable values. The name is
-    empty if none is found.
+    First each argument is omitted, or replaced by an acceptable value, to see if the function then
+    accepts the rest. Otherwise each argument is tried alone among acceptable values: the argument
+    that gives the same refusal is the cause. The name is empty if no argument is found.
 
     Parameters
     ----------
@@ -265,15 +285,19 @@ def _without_guilty(
     for key in fields:
         without = {name: value for name, value in fields.items() if name != key}
         for others in (without, {**without, key: stand_ins[key]}):
-            if not isinstance(_tried(make, {**neutral, **others}), ModelError):
+            if not isinstance(_result_or_refusal(make, {**neutral, **others}), ModelError):
                 return key, others
-    of_none, wanted = str(_tried(make, neutral)), str(error)
-    alone = (k for k in fields if str(_tried(make, {**neutral, k: fields[k]})) == wanted != of_none)
-    guilty = next(alone, "")
-    return guilty, {name: value for name, value in fields.items() if name != guilty}
+    refusal, of_neutral = str(error), str(_result_or_refusal(make, neutral))
+    refused = ""
+    for key in fields:
+        of_key = str(_result_or_refusal(make, {**neutral, key: fields[key]}))
+        if of_key == refusal != of_neutral:
+            refused = key
+            break
+    return refused, {name: value for name, value in fields.items() if name != refused}
 
 
-def _tried(make: Callable[..., T], fields: Mapping[str, Any]) -> T | ModelError:
+def _result_or_refusal(make: Callable[..., T], fields: Mapping[str, Any]) -> T | ModelError:
     """Return the object that a function makes, or the error with which it refuses."""
     try:
         return make(**fields)
@@ -282,40 +306,42 @@ def _tried(make: Callable[..., T], fields: Mapping[str, Any]) -> T | ModelError:
 
 
 def _neutral(argument: inspect.Parameter) -> Any:
-    """Return an acceptable value for an argument, whatever the other arguments are."""
+    """Return a value for an argument that most functions accept: 1, or a name for a text."""
     kind = argument.annotation
     if str in (kind, *get_args(kind)):
         return "1" if argument.name == "unit" else "x"
-    return (1.0,) if get_origin(kind) is tuple else 1 if kind is int else 1.0
+    if get_origin(kind) is tuple:
+        return (1.0,)
+    return 1 if kind is int else 1.0
 
 
 def _plain(kind: type, value: object) -> Any:
-    """Return a text, a whole number or a switch, if the value is of this kind."""
+    """Return a value that is a text, a whole number or a bool; refuse a value of another type."""
     if type(value) is kind and (not isinstance(value, str) or value.isprintable()):
         return value
-    raise ModelError(f"it is {value!r}. Give {_GIVE[kind]}.", code="toml")
+    raise ModelError(f"the value is {value!r}. Give {_GIVE[kind]}.", code="toml")
 
 
 _GIVE = {str: "one line of text in quotes", int: "a whole number", bool: "true or false"}
 
 
-# The object made from it decides whether it may be infinite.
-_number = partial(number, what="it", finite=False)
+# The function that takes the number as an argument decides whether it may be infinite.
+_number = partial(number, what="the value", finite=False)
 
 
 def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
-    """Return an expression given as text, or a plain number."""
+    """Return the expression that a text contains, or the value itself if it is a plain number."""
     if isinstance(value, str):
         return read_expression(value, symbols, elements)
     if isinstance(value, (list, Mapping)):
         raise ModelError(
-            f"it is {value!r}. Give an expression in quotes, or a number.", code="toml"
+            f"the value is {value!r}. Give an expression in quotes, or a number.", code="toml"
         )
-    number(value, "it")
+    number(value, "the value")
     return value
 
 
-#: Functions that read a value, by the kind of its argument.
+#: Functions that read a value, by the annotation of its argument.
 _KINDS: Mapping[Any, Callable[[Any], Any]] = {
     **{kind: partial(_plain, kind) for kind in _GIVE},
     float: _number,
@@ -329,46 +355,60 @@ _LARGEST_FILE = 50_000
 
 
 def read_toml(file: Path, read: Callable[[TomlTable], T | None], error: type[FileError]) -> T:
-    """Return the object built from the table of a file.
+    """Return the object that a function builds from the table of a TOML file.
 
     Parameters
     ----------
     file : Path
     read : callable
-        Function that makes the object, or adds mistakes to the table.
+        Function that takes the table and returns the object. It adds mistakes to the table, and may
+        then return None.
     error : type of FileError
+        Type of the error that is raised.
 
     Raises
     ------
     FileError
-        Error of that type: the file cannot be read, or has mistakes, all of which are named.
+        The file cannot be read, or has mistakes; the message lists all mistakes.
     """
     mistakes: list[str] = []
-    made = read(TomlTable("", toml_document(file, error), mistakes))
-    if made is None or mistakes:
+    result = read(TomlTable("", toml_document(file, error), mistakes))
+    if result is None or mistakes:
         count = "a mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
         raise error(f"{file} has {count}:", mistakes)
-    return made
+    return result
 
 
 def read_columns(table: TomlTable, roles: Iterable[str]) -> dict[str, str]:
-    """Return the columns by role as text; each is a text or a table of the column's properties."""
+    """Return the columns of a log by role, each as the text that ``--columns`` takes.
+
+    Parameters
+    ----------
+    table : TomlTable
+        For each role, a text or a table of the arguments of `Column`.
+    roles : iterable of str
+        Permitted roles; another key is a mistake.
+    """
     keys = dict.fromkeys(roles)
     table.only(*keys)
-    found = {
-        key: table.table(key).made(Column)
-        if isinstance(table.values[key], Mapping)
-        else table.read(key, str)
-        for key in keys
-        if key in table.values
-    }
-    return {key: str(column) for key, column in found.items() if column is not None}
+    texts: dict[str, str] = {}
+    for key in keys:
+        if key not in table.values:
+            continue
+        if isinstance(table.values[key], Mapping):
+            column = table.table(key).made(Column)
+        else:
+            column = table.read(key, str)
+        if column is not None:
+            texts[key] = str(column)
+    return texts
 
 
-_DEEPEST_KEY = 32  # parts; valid keys have 4 at most
-# Memory and time of the parser grow with the square of the parts of a key.
+_DEEPEST_KEY = 32  # parts of a dotted key; keys of a declaration have 4 at most
+# A key of so many parts is refused: the parser's memory and time grow with the square of the parts.
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{_DEEPEST_KEY}}}")
-# Strings may have any number of dots. An unterminated one extends as far as it can, like a comment.
+# Strings and comments, which may have any number of dots. An unterminated string extends as far as
+# it can.
 _STRINGS = re.compile(
     r'"""(?:[^\\]|\\.)*?(?:"""|\Z)'
     r"|'''.*?(?:'''|\Z)"
@@ -380,17 +420,26 @@ _STRINGS = re.compile(
 
 
 def _as_part(found: re.Match[str]) -> str:
-    """Return what replaces a string while keys are checked: a letter; nothing for a comment."""
+    """Return the text that replaces a match of `_STRINGS` while keys are checked.
+
+    It is a letter for a string, and empty for a comment.
+    """
     return "" if found[0].startswith("#") else "q"
 
 
 def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
-    """Return the table of a TOML file.
+    """Return the values of a TOML file by key.
+
+    Parameters
+    ----------
+    file : Path
+    error : type of FileError
+        Type of the error that is raised.
 
     Raises
     ------
     FileError
-        Error of that type: the file cannot be read, or is not TOML.
+        The file cannot be read, is larger than 50000 bytes, is nested too deeply, or is not TOML.
     """
     try:
         with opened_regular(file) as stream:
@@ -400,7 +449,7 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
         raise error(f"{str(file)!r} cannot be read: {why}. Check the path.") from wrong
     if len(content) > _LARGEST_FILE:
         raise error(
-            f"{file} is larger than {_LARGEST_FILE} bytes, the limit for such a file. Keep data in "
+            f"{file} is larger than {_LARGEST_FILE} bytes, the limit for a TOML file. Keep data in "
             "the log, not in this file.",
             code="toml",
         )
@@ -409,12 +458,14 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
         if _LONG_KEY.search(_STRINGS.sub(_as_part, text)):
             raise RecursionError
         return tomllib.loads(text)
-    except (ValueError, RecursionError) as wrong:  # for text that is not UTF-8 too
+    except (ValueError, RecursionError) as wrong:  # ValueError also if the text is not UTF-8
         if isinstance(wrong, RecursionError):
             raise error(
                 f"{file} is nested too deeply: a key or a value has too many levels. Use keys with "
                 "few dots and tables with few levels."
             ) from wrong
-        what = str(wrong)
-        hint = " (text and expressions need quotes)" if "Invalid value" in what else ""
-        raise error(f"{file} is not valid TOML: {what}{hint}.") from wrong
+        reason = str(wrong)
+        remedy = "Correct the file"
+        if "Invalid value" in reason:
+            remedy = "Put texts and expressions in quotes"
+        raise error(f"{file} is not valid TOML: {reason}. {remedy}.") from wrong

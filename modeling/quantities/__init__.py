@@ -1,8 +1,8 @@
 """Symbols, units, names, constants, their text forms, and calculations with expressions.
 
-In: names, units, expressions. Out: the same, checked and readable; values at points, derivatives
-with kinks, row echelons and zero tests with bounded effort, or the reason why they would take too
-long. Knows nothing of axes.
+In: names, units, expressions. Out: checked names, units and expressions, and their text; values at
+points, derivatives with kinks, row echelon forms and zero tests with bounded effort, or an error if
+these would take too long. Knows nothing of axes.
 """
 
 from .coefficients import (

@@ -1,4 +1,4 @@
-"""Coefficients of products of parameters in a force.
+"""Expand a force in products of parameters, and return their coefficients.
 
 Only the parameters are multiplied out; factors that do not depend on them stay as written.
 """
@@ -19,8 +19,9 @@ from .symbols import check_size
 #: Largest number of products of two terms that may be formed for one expression.
 _MOST_PRODUCTS = 100_000
 
-#: Powers of the parameters, whole numbers of either sign.
+#: Power of each parameter in a product, a whole number of either sign.
 Exponents = tuple[int, ...]
+# Coefficient of each product of parameters.
 _Polynomial = dict[Exponents, sympy.Expr]
 
 
@@ -31,7 +32,7 @@ class Coefficients:
     ----------
     expression : sympy.Expr
     parameters : sequence of sympy.Symbol
-        Parameters in which it is a polynomial after cancellation.
+        Parameters in which the expression is expanded.
     motion : set of sympy.Symbol
         Parameters that are treated like quantities of the motion: they stay in the coefficients.
 
@@ -44,7 +45,7 @@ class Coefficients:
     Raises
     ------
     ModelError
-        It has too many terms, or too large ones.
+        The expanded expression has too many terms, or terms that are too large.
     """
 
     def __init__(
@@ -53,13 +54,13 @@ class Coefficients:
         parameters: Sequence[sympy.Symbol],
         motion: AbstractSet[sympy.Symbol] = frozenset(),
     ) -> None:
-        self._one = (0,) * len(parameters)
+        self._one = (0,) * len(parameters)  # exponents of the product without parameters
         self._places = {p: j for j, p in enumerate(parameters) if p not in motion}
         self._zero = dict.fromkeys(self._places, sympy.S.Zero)
-        self._of = cache(self._worked_out)
-        self._left = _MOST_PRODUCTS
-        self._hidden: set[sympy.Symbol] = set()
-        self.terms = self._of(expression)
+        self._polynomial = cache(self._expanded)
+        self._products_left = _MOST_PRODUCTS
+        self._hidden: set[sympy.Symbol] = set()  # parameters inside nodes that are not expanded
+        self.terms = self._polynomial(expression)
         for weight in self.terms.values():
             check_size(weight, "the equation of motion, multiplied out,")
 
@@ -74,10 +75,11 @@ class Coefficients:
         }
         return self._hidden | divisors
 
-    def _worked_out(self, node: sympy.Expr) -> _Polynomial:
+    def _expanded(self, node: sympy.Expr) -> _Polynomial:
         """Return the polynomial of one node of the expression, from those of its arguments.
 
-        A node that is no sum, product, whole power or Piecewise becomes part of a coefficient.
+        A node that is neither a sum, a product, a power with a positive whole exponent nor a
+        Piecewise becomes part of a coefficient.
         """
         if not node.free_symbols & self._places.keys():
             return {self._one: node}
@@ -88,28 +90,33 @@ class Coefficients:
             exponents[self._places[base]] = whole
             return {tuple(exponents): sympy.S.One}
         if node.is_Add:
-            return _sum(map(self._of, node.args))
+            return _sum(map(self._polynomial, node.args))
         if node.is_Mul:
-            return self._product(map(self._of, node.args))
+            return self._product(map(self._polynomial, node.args))
         if node.is_Pow and whole is not None and whole > 0:
-            return self._power(self._of(base), whole)
+            return self._power(self._polynomial(base), whole)
         if isinstance(node, sympy.Piecewise):
-            return self._chosen(node)
+            return self._piecewise(node)
         return {self._one: self._opaque(node).xreplace(self._zero)}
 
     def _opaque(self, node: sympy.Basic) -> sympy.Basic:
-        """Return a node that is not expanded, and note the parameters on which its value depends.
+        """Return a node that is not expanded, and add its parameters to the nonlinear ones.
 
-        These are nonlinear parameters; other parameters in the node cancel.
+        A parameter that cancels, so that the value of the node does not depend on it, is not added.
+
+        Parameters
+        ----------
+        node : sympy.Basic
+            An expression, or a condition of a Piecewise.
         """
-        shown = node if isinstance(node, sympy.Expr) else sympy.Piecewise((1, node), (0, True))
+        value = node if isinstance(node, sympy.Expr) else sympy.Piecewise((1, node), (0, True))
         inside = node.free_symbols & self._places.keys() - self._hidden
-        self._hidden |= {p for p in inside if depends(shown, {p})}
+        self._hidden |= {p for p in inside if depends(value, {p})}
         return node
 
-    def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
+    def _piecewise(self, node: sympy.Piecewise) -> _Polynomial:
         """Return the polynomial of a Piecewise; its coefficients are Piecewise expressions too."""
-        values = [self._of(value) for value, _ in node.args]
+        values = [self._polynomial(value) for value, _ in node.args]
         conditions = [self._opaque(c).xreplace(self._zero) for _, c in node.args]
         return {
             exponents: sympy.Piecewise(
@@ -124,11 +131,11 @@ class Coefficients:
         }
 
     def _power(self, base: _Polynomial, whole: int) -> _Polynomial:
-        """Return a whole power of a polynomial, by the multinomial theorem.
+        """Return a positive whole power of a polynomial, by the multinomial theorem.
 
-        Successive products would nest sums in sums.
+        Repeated multiplication would nest sums in sums.
         """
-        self._take(math.comb(whole + len(base) - 1, whole))
+        self._count_products(math.comb(whole + len(base) - 1, whole))
         shares = multinomial_coefficients(len(base), whole)
         return _sum(
             {
@@ -140,26 +147,27 @@ class Coefficients:
             for powers, count in shares.items()
         )
 
-    def _take(self, terms: int) -> None:
-        """Count products of two terms, and refuse an expression that needs too many of them."""
-        self._left -= terms
-        if self._left < 0:
+    def _count_products(self, count: int) -> None:
+        """Count further products of two terms; refuse an expression that needs too many of them."""
+        self._products_left -= count
+        if self._products_left < 0:
             raise ModelError(
-                "the equation of motion has too many products of parameters.",
+                "the equation of motion has too many products of parameters. Declare parameters "
+                "that enter together as one parameter.",
                 code="equation",
             )
 
     def _product(self, factors: Iterable[_Polynomial]) -> _Polynomial:
         """Return the product of polynomials."""
-        made: _Polynomial = {self._one: sympy.S.One}
+        product: _Polynomial = {self._one: sympy.S.One}
         for factor in factors:
-            self._take(len(made) * len(factor))
-            made = _sum(
+            self._count_products(len(product) * len(factor))
+            product = _sum(
                 {tuple(map(sum, zip(a, b, strict=True))): x * y}
-                for a, x in made.items()
+                for a, x in product.items()
                 for b, y in factor.items()
             )
-        return made
+        return product
 
 
 def _sum(polynomials: Iterable[_Polynomial]) -> _Polynomial:

@@ -1,9 +1,9 @@
 """Known numbers with a unit, and signals that a record contains in addition to the motion.
 
-The unit check uses a constant's unit; the generated code uses its number. Expressions are rebuilt
-with such numbers, but SymPy must not decide which argument of `Max` or `Min` is the larger: it
-would compare every pair, and everything nested in them, each time such an expression is rebuilt.
-Declared expressions are in their final form already.
+The unit check uses a constant's unit; the generated code uses its number. When expressions are
+rebuilt with such numbers, `Max` and `Min` are left unevaluated: SymPy would compare every pair of
+arguments, and everything nested in them, each time. Declared expressions are in their final form
+already.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ def extreme(kind: Any, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
     ----------
     kind : Max or Min
     arguments : sequence of sympy.Expr
-        Numbers among them are compared at once.
+        The plain numbers among the arguments are replaced by the largest or smallest of them.
     """
     numbers = [argument for argument in arguments if argument.is_Number]
     others = [argument for argument in arguments if not argument.is_Number]
@@ -53,14 +53,16 @@ def replaced(
     ----------
     value : sympy.Basic
     new : mapping
+        The replacement of each part of the expression that is replaced.
     evaluate : bool
         Whether other functions of the new values are evaluated.
     """
     known = dict(new)
 
-    def made(node: sympy.Basic) -> sympy.Basic:
+    def rebuilt(node: sympy.Basic) -> sympy.Basic:
+        """Return a node with its arguments replaced; the node itself if none of them changes."""
         if node not in known:
-            arguments = [made(argument) for argument in node.args]
+            arguments = [rebuilt(argument) for argument in node.args]
             if all(one is other for one, other in zip(arguments, node.args, strict=True)):
                 known[node] = node
             elif isinstance(node, (Max, Min)):
@@ -71,19 +73,23 @@ def replaced(
                 known[node] = node.func(*arguments, evaluate=False)
         return known[node]
 
-    return made(value)
+    return rebuilt(value)
 
 
 class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The symbol of a `Constant`, which carries its value and unit; all three decide equality."""
+    """Symbol of a `Constant`, with its value and unit; equal if name, value and unit are equal."""
 
     __slots__ = ("unit", "value")
     value: float
     unit: Unit
 
     def __new__(cls, name: str, value: float, unit: str) -> "ConstantSymbol":
-        """Make a real symbol of the value's sign, so that ``Abs`` of it needs no ``Abs``."""
-        sign = {"positive": True} if value > 0 else {"negative": True} if value < 0 else {}
+        """Make a real symbol with the sign of its value, so that SymPy simplifies ``Abs`` of it."""
+        sign: dict[str, bool] = {}
+        if value > 0:
+            sign = {"positive": True}
+        elif value < 0:
+            sign = {"negative": True}
         symbol: ConstantSymbol = sympy.Symbol.__xnew__(cls, name, real=True, **sign)
         symbol.value, symbol.unit = value, parse_unit(unit)
         return symbol
@@ -93,6 +99,7 @@ class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
         return (self.name, self.value, self.unit.text), {}
 
     def _hashable_content(self) -> tuple[Any, ...]:
+        """Return the values that decide equality and hash."""
         return (*super()._hashable_content(), self.value, self.unit.exponents)
 
 
@@ -132,19 +139,34 @@ G = Constant(9.80665, "m/s^2", "G")
 
 
 def with_unit(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """Return an amount as an expression; a plain number becomes a constant in the given unit."""
+    """Return an amount as an expression; a plain number becomes a constant in the given unit.
+
+    Parameters
+    ----------
+    value : Amount
+        A number, or an expression, which keeps its units.
+    unit : str
+        Unit of a plain number.
+    what : str
+        Description of the amount, for messages.
+
+    Raises
+    ------
+    ModelError
+        The amount is neither a finite number nor an expression.
+    """
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Constant(number(value, what), unit).symbol
     return expression(value, what)
 
 
 def positive(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """Return an amount as `with_unit` does; a number must be positive.
+    """Return an amount as in `with_unit`; refuse a number that is not positive.
 
     Raises
     ------
     ModelError
-        It is a number that is not positive.
+        The amount is refused by `with_unit`, or is a number that is not positive.
     """
     symbol = with_unit(value, unit, what)
     if isinstance(symbol, ConstantSymbol) and not symbol.value > 0:
@@ -154,7 +176,7 @@ def positive(value: Amount, unit: str, what: str) -> sympy.Expr:
 
 @lru_cache(maxsize=128)
 def with_numbers(value: sympy.Expr) -> sympy.Expr:
-    """Return the expression with each constant replaced by its number."""
+    """Return an expression with each constant replaced by its number."""
     return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(ConstantSymbol)})
 
 
@@ -163,7 +185,7 @@ BETWEEN = ("linear", "held")
 
 
 class SignalSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The real symbol of a `Signal`, by which laws and drives recognise that it is recorded."""
+    """Real symbol of a `Signal`; laws and drives recognise recorded signals by this class."""
 
     __slots__ = ()
 
@@ -172,8 +194,9 @@ class SignalSymbol(sympy.Symbol):  # type: ignore[misc]
 class Signal(Symbolic):
     """A recorded signal in the equation of motion, the drive or the control law.
 
-    It is an input, like the reference: a column of the record with the signal's name. It varies
-    independently, so that a parameter times a signal can be distinguished from a constant.
+    The signal is an input, like the reference. Its values are the column of the record that has the
+    signal's name. It varies independently of the motion, so that a parameter times a signal can be
+    distinguished from a constant force.
 
     Attributes
     ----------
@@ -181,8 +204,8 @@ class Signal(Symbolic):
         Symbol and coherent SI unit, e.g. ``"pressure", "Pa"``.
     between : str
         Course between the samples of a record: ``linear``, or ``held`` for an output of a
-        controller that changes once a sample. A sampled law and a drive read it at the law's
-        samples.
+        controller that changes once per sample. A sampled law and its drive read the signal at the
+        samples of the law.
     description : str
         A few words for tables.
     """
@@ -197,8 +220,8 @@ class Signal(Symbolic):
         parse_unit(self.unit)
         if not is_among(self.between, BETWEEN):
             raise ModelError(
-                f"signal {self.name!r}: between its samples it is {quoted(self.between)}. Give "
-                f"{' or '.join(BETWEEN)}.",
+                f"signal {self.name!r} has between={quoted(self.between)}. Give "
+                f"{' or '.join(BETWEEN)}, the course of the signal between its samples.",
                 code="axis",
             )
 
@@ -209,15 +232,15 @@ class Signal(Symbolic):
 
     @property
     def is_held(self) -> bool:
-        """Return whether it keeps its value until the next sample."""
+        """Return whether the signal keeps its value until the next sample."""
         return self.between == "held"
 
     @property
     def rate_name(self) -> str:
-        """Return the name of its rate of change in generated code."""
+        """Return the name of the signal's rate of change in generated code."""
         return f"{self.name}_rate"
 
 
 def signals_in(*values: sympy.Basic) -> frozenset[SignalSymbol]:
-    """Return the recorded signals in expressions."""
+    """Return the symbols of the recorded signals that occur in expressions."""
     return frozenset().union(*(value.atoms(SignalSymbol) for value in values))

@@ -1,4 +1,4 @@
-"""Points that cover functions: over decades, on both sides of kinks, between them, in transitions.
+"""Points that cover functions: over decades, on both sides of kinks, and in transitions.
 
 Two functions that agree at a few points may differ elsewhere: ``tanh(dq/vs)`` is a constant to all
 available digits unless the velocity is near ``vs``. A *feature* is a kink of a function or the
@@ -23,12 +23,12 @@ _LOWEST, _DECADES = -9, 14
 _STRIDES = (1, 3, 5, 9, 11, 13)
 _GRID = tuple(numbers.mpf(x) for x in (1e-6, 1e-3, 0.03, 0.3, 1, 3, 30, 1e3, 1e5))
 _FEW_PLACES = tuple(numbers.mpf(x) for x in (1e-4, 0.03, 10, 1e4))
-_MOST_SOLVED = 12  # features of several symbols solved in one cycle, out of those shown already
-_SOLVED_BITS = 160  # digits with which places are found
+_MOST_SOLVED = 12  # features of several symbols for which one cycle is solved, at least
+_SOLVED_BITS = 160  # binary digits with which places are found
 _TRANSITION = (0.1, 3.0)  # sizes of an argument within a smooth function's transition
-_MODERATE = 40  # up to which the transition is still visible in many digits
-_MOST_PLACES = 3  # of one transition, at one time
-_SCALE = 10**6  # points of one cycle, at most
+_MODERATE = 40  # size of an argument up to which the transition is visible in many digits
+_MOST_PLACES = 3  # places of one transition in one cycle
+_SCALE = 10**6  # largest number of points of one cycle
 
 
 class CoveringPoints:
@@ -92,10 +92,10 @@ class CoveringPoints:
         return Feature(DIRECTION, (velocity,), sharp=True, needed=True)
 
     def _without_direction(self, symbols: set[sympy.Symbol]) -> set[sympy.Symbol]:
-        """Return the symbols whose numbers are free.
+        """Return the symbols whose numbers can be chosen.
 
-        The velocity replaces the friction direction, which is its sign, and given symbols are left
-        out.
+        The velocity replaces the friction direction, which is its sign. Symbols with given numbers
+        are omitted.
         """
         velocity = self._points.velocity
         if velocity is not None and DIRECTION in symbols:
@@ -107,18 +107,18 @@ class CoveringPoints:
         return sorted(symbols, key=lambda symbol: self._points.places.get(symbol, -1))
 
     def _solvable(self, feature: Feature) -> list[sympy.Symbol]:
-        """Return the symbols of a feature for which it can be solved, in the order of `_ordered`.
+        """Return the symbols of a feature for which its equation can be solved.
 
-        A feature is a kink or a transition. Symbols with given numbers are left out, and the
+        They are in the order of `_ordered`. Symbols with given numbers are omitted, and the
         velocity replaces the friction direction.
         """
         return self._ordered(self._without_direction(feature.symbols))
 
     def cycle(self, number: int, *, decimals: bool = False) -> Iterator[DrawnPoint]:
-        """Return the points of cycle `number`; each cycle has new ones.
+        """Yield the points of cycle `number`; each cycle has new points.
 
-        First come points over the decades of all symbols, then points at the features that a single
-        symbol decides, then points at features of several symbols.
+        First come points over the decades of all symbols, then points at the features of a single
+        symbol, then points at the features of several symbols.
 
         Parameters
         ----------
@@ -144,8 +144,8 @@ class CoveringPoints:
     def _of_several_symbols(self, number: int) -> list[Feature]:
         """Return the features of several symbols for which one cycle finds points.
 
-        These are 12 features, others in each cycle, and all features that no point has shown so
-        far.
+        These are 12 features, different ones in each cycle, and all features that no point has
+        shown so far.
         """
         several = [feature for feature, symbols in self._symbols.items() if len(symbols) > 1]
         start = number * _MOST_SOLVED % max(len(several), 1)
@@ -165,18 +165,17 @@ class CoveringPoints:
                         seen.add(numbers.one)
 
     def unresolved(self, columns: Iterable[int]) -> list[Feature]:
-        """Return the features at which functions may still differ.
+        """Return the features beyond which functions may still differ.
 
-        These are features that were not shown by points on both sides of a kink, or in a
-        transition, and features whose kinks are at unknown places. A kink whose value never changes
-        its sign is left out.
+        These are features that points have not shown (`_is_shown`), and features whose kinks are at
+        unknown places. A kink whose value never changes its sign is omitted.
 
         Parameters
         ----------
         columns : iterable of int
             Indices of the functions.
         """
-        # A value that may be 0 in several places, or along a line, was perhaps not evaluated there.
+        # A value may be 0 at several places or along a line, of which points show only some.
         needed = self.needed(columns)
         open_ = [f for f in needed if not (f.has_known_places and self._is_shown(f))]
         return [f for f in open_ if not (f.sharp and f.is_one_sided)]
@@ -208,9 +207,9 @@ class CoveringPoints:
         return DrawnPoint(self._points, turn, values, decimals=decimals)
 
     def _anywhere(self, symbol: sympy.Symbol, turn: int) -> Any:
-        """Return a number of a symbol for point number `turn`.
+        """Return a number of a symbol for point number `turn`, chosen at random.
 
-        It is a place of one of the symbol's features, a number of moderate size, or one of any
+        It is a place of one of the symbol's features, a number of moderate size, or a number of any
         decade.
         """
         if symbol in self.moderate:
@@ -231,7 +230,7 @@ class CoveringPoints:
         return -size if turned else size
 
     def _places(self, symbol: sympy.Symbol, number: int) -> list[Any]:
-        """Return numbers of a symbol that show features that it alone decides, for one cycle."""
+        """Return numbers of a symbol that show the features of this symbol alone, for one cycle."""
         key = (symbol, number)
         if key not in self._lines:
             own = [f for f, symbols in self._symbols.items() if symbols == [symbol]]
@@ -246,7 +245,7 @@ class CoveringPoints:
         ----------
         symbol : sympy.Symbol
         own : sequence of Feature
-            Features that this symbol alone decides.
+            Features that have no other symbol.
         number : int
             Number of the cycle.
         """
@@ -265,10 +264,9 @@ class CoveringPoints:
         return found
 
     def _found_kinks(self, symbol: sympy.Symbol, own: Sequence[Feature]) -> list[Any]:
-        """Return numbers of a symbol at which the kinks that it alone decides are.
+        """Return the numbers of a symbol at which there are kinks of the given features.
 
-        The search is repeated after each feature with kinks, on a grid that includes the kinks
-        found.
+        After each feature with kinks, the grid of the search is extended by the kinks found.
         """
         kinks: list[Any] = []
         spots = self._spots(symbol, _grid(()))
@@ -290,7 +288,7 @@ class CoveringPoints:
         placed: Mapping[sympy.Basic, Value] | None = None,
         turn: int = 0,
     ) -> "_Spots":
-        """Return points at which a symbol has the numbers of a grid, for use by several features.
+        """Return points at which a symbol has the numbers of a grid; several features use them.
 
         Parameters
         ----------
@@ -319,10 +317,11 @@ class CoveringPoints:
     def _solved(self, feature: Feature, spots: "_Spots", target: Any = 0) -> list[Any]:
         """Return numbers of a symbol at which the value of a feature is `target`.
 
-        They are searched between the points of `spots`.
+        They are searched between the points of `spots`. The list is empty if none is found.
         """
 
         def value(place: Any) -> Any:
+            """Return the distance from the target; NaN if the feature has no real value."""
             there = spots.points.get(place) or self._spot(spots, place)
             try:
                 number = _value(there, feature)[0]
@@ -337,8 +336,9 @@ class CoveringPoints:
     def _placed(self, feature: Feature, side: int, turn: int) -> dict[sympy.Symbol, Any]:
         """Return numbers of all symbols that show a feature of several symbols.
 
-        One of the symbols is solved for, the others are drawn. For a kink, the number is moved a
-        little to the given side. The result is empty if no number is found.
+        The number of one symbol is solved for, the numbers of the others are random. For a kink,
+        the solved number is moved a little to the given side. The result is empty if no number is
+        found.
 
         Parameters
         ----------
@@ -369,7 +369,7 @@ class CoveringPoints:
 
 @dataclass(frozen=True, slots=True)
 class _Spots:
-    """Points along one symbol, by the number of the symbol.
+    """Points that differ in the number of one symbol, by this number.
 
     Attributes
     ----------
@@ -396,13 +396,13 @@ def _value(point: DrawnPoint, feature: Feature) -> Value:
 
 
 def _grid(kinks: Iterable[Any]) -> list[Any]:
-    """Return numbers over the decades, of both signs, with kinks and the middles between them."""
+    """Return numbers of all decades and both signs, the kinks, and the middles between kinks."""
     between = [(low + high) / 2 for low, high in pairwise(kinks)]
     return sorted({numbers.zero, *_GRID, *(-x for x in _GRID), *kinks, *between})
 
 
 def _target(turn: int, sign: int) -> Any:
-    """Return an argument, of given sign, at which a smooth function is in its transition."""
+    """Return a random argument of given sign at which a smooth function is in its transition."""
     low, high = (numbers.log(size) for size in _TRANSITION)
     return sign * numbers.exp(low + (high - low) * (drawn(turn, "target", str(sign)) - 0.5))
 

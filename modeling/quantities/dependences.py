@@ -1,12 +1,12 @@
-"""Linear dependences between functions: found at points, and used only with evidence.
+"""Find linear dependences between functions, and use only those with evidence.
 
 Functions that agree at a few points need not be equal. A dependence is proved by algebra if it
-holds with independent numbers in place of all functions such as sin or Max. Otherwise it must hold
-at points that cover the functions and were not used to find it. If that cannot be shown, the
-functions are kept, and the doubt is reported.
+holds with independent numbers in place of all functions such as sin or Max. Otherwise the
+dependence must hold at points that cover the functions and were not used to find it. If that
+cannot be shown, the functions are kept as independent, and the doubt is reported.
 
-Each column of a matrix is a function, each row a point. A number is computed twice, exactly and
-with a change by rounding (`Value`).
+In the matrices of this module, each column is a function and each row a point. A number is computed
+twice: as it is, and with the changes that rounding would make (`Value`).
 """
 
 import contextlib
@@ -39,29 +39,29 @@ from .point_value import (
 )
 from .symbols import DIRECTION
 
-#: An exact number, or one with all available digits.
+#: Row of weights: exact fractions, or fractions with all available digits.
 Row: TypeAlias = list[Fraction]
 _Row: TypeAlias = list[Value]
-#: Rows by the column in which they have a 1 and all others a 0.
+#: Rows by pivot: the column in which the row has a 1 and all other rows have a 0.
 _Echelon: TypeAlias = dict[int, _Row]
 
-_MOST_STEPS = 2_000_000  # numbers that are computed
-_SPARE_ROWS = 3  # beyond one for each column
-_FAILURES = 40  # consecutive points at which a function may have no value
+_MOST_STEPS = 2_000_000  # largest number of computed numbers
+_SPARE_ROWS = 3  # rows in addition to one row for each column
+_FAILURES = 40  # points at which a function may have no value, at most
 _MOST_CYCLES = 12
 _FEW = 3
-_OPAQUE_TURNS = 10**9  # of points with numbers in place of functions
-_NOTHING_LEFT = 30  # times the change by rounding
-_SIMPLE, _SAME = 10**15, 40  # the largest divisor of a simple fraction, and its digits
-_SHORT = 10**35  # the largest product of its numbers, of a fraction that is no coincidence
-_LARGEST = 1000  # binary digits of a number, beyond which all are equal
-_EXACT = 1e-30  # share of the terms of a sum, up to which they cancel
-_ROUNDED = 1e-12  # likewise if decimals may be products that the user rounded,
-_MOST_CANCELLED = 100  # of terms that are not larger than the function by more than this
+_OPAQUE_TURNS = 10**9  # first number of the points with numbers in place of functions
+_NOTHING_LEFT = 30  # a remainder up to this multiple of the change by rounding counts as zero
+_SIMPLE, _SAME = 10**15, 40  # largest denominator of a simple fraction, and equal digits
+_SHORT = 10**35  # largest numerator times denominator of a weight that is no coincidence
+_LARGEST = 1000  # binary digits before or behind the point, at most
+_EXACT = 1e-30  # remainder, as a share of the terms of a sum, up to which the terms cancel
+_ROUNDED = 1e-12  # the same share if decimals may be products that the user rounded, ...
+_MOST_CANCELLED = 100  # ... for terms at most so many times larger than the function
 
 
 class NotRealError(ModelError):
-    """A part of an expression is no finite real number, whatever the motion."""
+    """Error for a part of an expression that is not finite and real at any motion."""
 
     code = "formula"
 
@@ -76,9 +76,9 @@ class Reduced(NamedTuple):
     pivots : list of int
         For each row, the column of its leading 1.
     doubts : list of tuple of int
-        Groups of columns that are linearly dependent at all evaluated points, although no points
-        were found that could show a difference (a single column: it is 0 at all of them). The last
-        column of each group has its own row, as if it were independent.
+        Groups of columns that are linearly dependent at all evaluated points, although points that
+        could show a difference were not found. A group of one column is 0 at all these points. The
+        last column of each group has its own row, as if it were independent.
     rounded : bool
         Whether a dependence holds only up to products of decimals that the user rounded.
     """
@@ -92,8 +92,8 @@ class Reduced(NamedTuple):
 def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:
     """Return the reduced row echelon form without its zero rows, and its pivot columns.
 
-    Where weights cancel, a remainder no larger than rounding counts as zero: a product of decimals
-    computed in floating point is not the product of these decimals.
+    If weights cancel except for rounding, the remainder counts as zero, because a product of
+    decimals that was computed in floating point is not exact.
 
     Raises
     ------
@@ -115,11 +115,13 @@ def reduced_functions(
 ) -> Reduced:
     """Return the reduced row echelon form of functions.
 
-    A column without a pivot is everywhere the sum of other columns with the weights in the rows.
+    The function of a column without a pivot is, at every motion, the sum of the functions of the
+    pivots, with the weights that are in its column.
 
     Parameters
     ----------
     functions : sequence of sympy.Expr
+        One function for each column.
     velocity : sympy.Symbol
         Velocity; the friction direction is its sign.
     given : mapping of sympy.Symbol to sympy.Rational, optional
@@ -130,7 +132,7 @@ def reduced_functions(
     Raises
     ------
     NotRealError
-        A function has no finite value.
+        A function has no finite real value.
     ModelError
         There are too many functions.
     """
@@ -147,7 +149,7 @@ def reduced_functions(
 
 
 def _of_multiples(distinct: Reduced, shares: Sequence[Fraction], places: Sequence[int]) -> Reduced:
-    """Return the reduced form of multiples of functions whose reduced form is known.
+    """Return the reduced form of rational multiples of functions whose reduced form is known.
 
     Parameters
     ----------
@@ -193,7 +195,10 @@ def unmerged(reduced: Reduced, size: int) -> Reduced:
 
 
 def vanishes(expression: sympy.Expr) -> bool:
-    """Return whether an expression is 0 everywhere; False in doubt or without a finite value."""
+    """Return whether an expression is 0 everywhere.
+
+    The result is False in doubt, or if the expression has no finite real value.
+    """
     if expression == 0:
         return True
     reduction = _Reduction([expression], None, {})
@@ -207,7 +212,10 @@ def vanishes(expression: sympy.Expr) -> bool:
 
 
 def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
-    """Return whether an expression changes with symbols; True in doubt or without a value."""
+    """Return whether an expression changes with any of the given symbols.
+
+    The result is True in doubt, or if the expression has no finite real value.
+    """
     others = {s: sympy.Symbol(f"other {s.name}", **s.assumptions0) for s in symbols}
     return not vanishes(expression - replaced(expression, others))
 
@@ -222,8 +230,8 @@ def _check_size(independent: int, columns: int) -> None:
     """
     if independent**2 * columns > _MOST_STEPS:
         raise ModelError(
-            "the parameters enter in too many products and sums to find the identifiable ones. "
-            "Declare parameters that enter together as one parameter."
+            "the parameters enter in so many products and sums that the identifiable combinations "
+            "cannot be found. Declare parameters that enter together as one parameter."
         )
 
 
@@ -263,8 +271,8 @@ class _Reduction:
     def is_nothing_everywhere(self) -> bool:
         """Return whether the first function is 0 everywhere, given that it is 0 at a few points.
 
-        It is 0 by algebra, or at points that cover it; features that no point shows must not
-        matter.
+        The function is 0 everywhere by algebra, or if it is 0 at all points that cover it and at
+        points at which the features that no point shows have independent numbers.
         """
         nothing: _Weights = {0: {}}
         if self._holds_with(_outer_functions(self.functions), nothing, 0, decimals=True):
@@ -281,16 +289,16 @@ class _Reduction:
         """Return the reduced form with the dependences for which there is evidence.
 
         First the rank at a few points is computed: if it is full, all functions are independent.
-        Then the dependences that hold by algebra are used, if they are all. Otherwise cycles of
-        covering points test the dependences, with decimals taken as exact. Functions that are then
-        independent may still be equal up to products of decimals that the user rounded, and these
-        are merged last.
+        Then the dependences that hold by algebra are computed: if these are all dependences, they
+        are the result. Otherwise cycles of covering points test the dependences, with decimals
+        taken as exact. Functions that are then independent may still be equal up to products of
+        decimals that the user rounded; such functions are merged last.
         """
         size = len(self.columns)
         points = [*self._first_points(size), *self._differing_points()]
         rough = self._echelon_at(points)
         if len(rough) == size:
-            return self._all_apart()
+            return self._all_independent()
         with numbers.workprec(2 * numbers.prec):
             algebra = _echelon(self._opaque_rows(), self.columns)
             if len(algebra) == len(rough):
@@ -305,7 +313,7 @@ class _Reduction:
                 self._merge_rounded(table, points, doubts)
         return _reduced(table, doubts, rounded=len(table) < exact)
 
-    def _all_apart(self) -> Reduced:
+    def _all_independent(self) -> Reduced:
         """Return the reduced form in which every function is independent."""
         return _reduced({j: _unit(j, len(self.columns)) for j in self.columns})
 
@@ -319,8 +327,8 @@ class _Reduction:
     def _first_points(self, wanted: int) -> list[DrawnPoint]:
         """Return points at which the symbols have numbers of moderate size.
 
-        The wanted number of points with real values is returned, if there are as many; otherwise
-        all points that were found.
+        These are `wanted` points with real values, if there are as many; otherwise all points that
+        were found.
 
         Raises
         ------
@@ -344,7 +352,10 @@ class _Reduction:
         found = real if self._only_real else [*real, *others]
         if not found:
             listed = ", ".join(map(str, self.functions))
-            raise NotRealError(f"a part of {listed} has no finite real value.")
+            raise NotRealError(
+                f"a part of {listed} has no finite real value. Write a force that is finite and "
+                "real."
+            )
         return found
 
     def _differing_points(self) -> list[DrawnPoint]:
@@ -366,8 +377,8 @@ class _Reduction:
     def _rows(self, point: DrawnPoint) -> list[_Row]:
         """Return the values of the functions at a point as rows of the matrix.
 
-        There is one row of real parts, and one of imaginary parts if the functions are hardly ever
-        real. Otherwise a point with values that are not real gives no row.
+        There is one row of real parts. If too few points give real values, there is also a row of
+        imaginary parts; otherwise a point with values that are not real gives no row.
         """
         row = self._values(point)
         if not row or (self._only_real and not point.is_real):
@@ -404,14 +415,14 @@ class _Reduction:
     def _holds_with(
         self, nodes: Sequence[sympy.Basic], weights: "_Weights", j: int, *, decimals: bool = False
     ) -> bool:
-        """Return whether a dependence holds with independent numbers in place of some functions.
+        """Return whether a dependence holds with independent numbers in place of some parts.
 
         Parameters
         ----------
         nodes : sequence of sympy.Basic
-            Functions that are replaced by numbers.
+            Parts of the functions that are replaced by numbers.
         weights : dict
-            Weights of other columns, by the column that is their sum.
+            By dependent column, the weights of the columns whose sum it is.
         j : int
             The dependent column.
         decimals : bool
@@ -428,7 +439,7 @@ class _Reduction:
         Each cycle of points tests the dependences that were found before it. A dependence that
         fails at a point adds a row, and the echelon form is computed again. The tests end when no
         dependence fails, or when as many rows are independent as by algebra. A doubt is the group
-        of columns of a dependence that did not fail but is not shown either.
+        of columns of a dependence that did not fail but has no evidence either (`_is_shown`).
 
         Parameters
         ----------
@@ -445,19 +456,20 @@ class _Reduction:
             if len(found) == len(algebra):
                 return algebra, {}
             weights, failed = _weights(found, self.columns), set()
-            more: list[tuple[Any, _Row, DrawnPoint]] = []
+            counterexamples: list[tuple[Any, _Row, DrawnPoint]] = []
             for point in self.covering.cycle(number):
                 for row in self._rows(point):
                     self.covering.observe(point)
                     left = {j: _remainder(row, j, w) for j, w in weights.items()}
                     failed |= {j for j, share in left.items() if share}
                     if any(left.values()):
-                        more.append((max(left.values()), row, point))
+                        counterexamples.append((max(left.values()), row, point))
             if not failed:
                 break
-            # Add the points with the largest remainders, and some of all others.
-            more.sort(key=itemgetter(0), reverse=True)
-            chosen = [*more[: 2 * size], *more[2 * size :: max(1, len(more) // (2 * size))]]
+            # Add the points with the largest remainders, and a regular selection of the others.
+            counterexamples.sort(key=itemgetter(0), reverse=True)
+            step = max(1, len(counterexamples) // (2 * size))
+            chosen = [*counterexamples[: 2 * size], *counterexamples[2 * size :: step]]
             rows += [row for _, row, _ in chosen]
             points += [point for _, _, point in chosen]
             found = _echelon(rows, self.columns)
@@ -472,26 +484,26 @@ class _Reduction:
     def _is_shown(self, j: int, weights: "_Weights") -> bool:
         """Return whether a dependence that holds at all points is more than a coincidence.
 
-        Its weights must be simple fractions, unless numbers were declared. The points must have
-        shown all features of its functions, or the dependence must hold without the functions that
-        were not shown.
+        Its weights must be simple fractions, unless numbers such as decimals were declared. The
+        points must have shown all features of its functions, or the dependence must also hold with
+        independent numbers in place of the functions whose features were not shown.
         """
         simple = all(map(_is_simple, weights[j].values()))
         if not (simple or self.points.given or _has_numbers(self.functions)):
             return False
         doubtful = _nodes(self.covering.unresolved((*weights[j], j)))
         if not weights[j] and not self._cancels(self.functions[j]):
-            # Points at which it is zero may all be outside a window in which it is not.
+            # The function may be 0 at all points because they are outside a narrow window.
             doubtful = _nodes(self.covering.needed([j]))
         return not doubtful or self._holds_with(doubtful, weights, j)
 
     def _cancels(self, function: sympy.Expr) -> bool:
-        """Return whether a function that is 0 at all points has terms that are not 0."""
-        terms, seen = sympy.Add.make_args(function), 0
+        """Return whether a function that is 0 at all points has terms that are not 0 at a few."""
+        terms, count = sympy.Add.make_args(function), 0
         for point in self.covering.cycle(1):
             with contextlib.suppress(*CANNOT):
-                seen += not all(is_nothing(point(term)) for term in terms)
-        return seen >= _SPARE_ROWS
+                count += not all(is_nothing(point(term)) for term in terms)
+        return count >= _SPARE_ROWS
 
     def _merge_rounded(
         self, table: dict[int, Row], points: Sequence[DrawnPoint], doubts: Mapping[int, Any]
@@ -501,7 +513,8 @@ class _Reduction:
         Parameters
         ----------
         table : dict
-            Rows by their pivot; the row of a merged function is removed, and added to others.
+            Rows by their pivot, changed in place: the row of a merged function is removed, and its
+            multiples are added to the rows of the functions whose sum it is.
         points : sequence of DrawnPoint
             Points at which such dependences are found.
         doubts : mapping
@@ -538,14 +551,14 @@ def _reduced(
     return Reduced([table[j] for j in pivots], pivots, left, rounded)
 
 
-#: By dependent column: the weights of the columns of which it is the sum.
+#: By dependent column, the weights of the columns whose sum it is.
 _Weights: TypeAlias = dict[int, dict[int, Any]]
 
 
 def _outer_functions(functions: Sequence[sympy.Expr]) -> list[sympy.Basic]:
-    """Return the outermost parts of functions that are no sum, product or whole power.
+    """Return the outermost parts of functions that are not sums, products or whole powers.
 
-    The friction direction is such a part too.
+    The friction direction counts as such a part.
     """
     found: dict[sympy.Basic, None] = {}
     for function in functions:
@@ -570,7 +583,7 @@ def _has_decimals(functions: Sequence[sympy.Expr]) -> bool:
 
 
 def _has_numbers(functions: Sequence[sympy.Expr]) -> bool:
-    """Return whether a number that is no fraction was declared: a decimal, pi, a root of 2."""
+    """Return whether a number that is not a fraction was declared: a decimal, pi, sqrt(2)."""
     return any(
         node.is_number and not (node.is_Rational or (node.is_Float and not is_decimal(node)))
         for function in functions
@@ -596,7 +609,7 @@ def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
         if sure:
             lead = left.pop(max(sure, key=lambda place: _sureness(left[place][j])))
             number, moved = lead[j]
-            # With rounding included once more: a common error of a row cancels in both numbers.
+            # Add a change by rounding, because an error common to both numbers cancels.
             found[j] = [(x / number, off(y / moved)) for x, y in lead]
             left = [_minus_multiple(row, found[j], j) for row in left]
     for j in sorted(found, reverse=True):
@@ -610,7 +623,7 @@ def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
 
 
 def _sureness(value: Value) -> tuple[int, Any]:
-    """Return the binary digits of a number that rounding does not change, and its size."""
+    """Return the sorting key of a pivot: the binary digits that rounding leaves, then the size."""
     number, moved = value
     change = number - moved
     digits = numbers.mag(number) - numbers.mag(change) if change else numbers.prec
@@ -618,7 +631,10 @@ def _sureness(value: Value) -> tuple[int, Any]:
 
 
 def _minus_multiple(row: _Row, lead: _Row, j: int) -> _Row:
-    """Return a row minus the multiple of `lead`, which has a 1 in column `j`, so that `j` is 0."""
+    """Return a row minus a multiple of `lead`, so that its entry in column `j` is 0.
+
+    The entry of `lead` in column `j` is 1, and its entries before are 0.
+    """
     share, moved = row[j]
     if not share and not moved:
         return row
@@ -629,7 +645,7 @@ def _minus_multiple(row: _Row, lead: _Row, j: int) -> _Row:
 
 
 def _weights(found: _Echelon, columns: Iterable[int]) -> _Weights:
-    """Return, for each column without a pivot, its weights in the columns with one."""
+    """Return, for each column without a pivot, the weights of the pivots whose sum it is."""
     return {
         j: {p: _simplified(row[j][0]) for p, row in sorted(found.items()) if row[j][0]}
         for j in columns
@@ -638,14 +654,16 @@ def _weights(found: _Echelon, columns: Iterable[int]) -> _Weights:
 
 
 def _remainder(row: _Row, j: int, weights: Mapping[int, Any], *, rounded: bool = False) -> Any:
-    """Return the part of column `j` that a weighted sum of others does not explain.
+    """Return the remainder of column `j` after a weighted sum of other columns, at one point.
 
-    It is relative to the size of the terms, and 0 if rounding may explain it.
+    The remainder is relative to the size of the terms, and 0 if rounding may explain it.
 
     Parameters
     ----------
     row : row of Value
+        Values of all columns at the point.
     j : int
+        The dependent column.
     weights : mapping of int to number
         Weights of the other columns.
     rounded : bool
@@ -667,19 +685,22 @@ def _fractions(row: _Row, without: Collection[int]) -> Row:
 
 
 def _simplified(number: Any) -> Any:
-    """Return a number, rounded to a simple fraction if only its last digits differ from it."""
+    """Return a number as a float of many digits, rounded as in `_fraction`."""
     fraction = _fraction(number)
     return numbers.mpf(fraction.numerator) / fraction.denominator
 
 
 def _is_simple(number: Any) -> bool:
-    """Return whether a number is a fraction of numbers too small for a coincidence."""
+    """Return whether a number is a fraction of numbers that are too small for a coincidence."""
     fraction = _fraction(number)
     return abs(fraction.numerator) * fraction.denominator <= _SHORT
 
 
 def _fraction(number: Any) -> Fraction:
-    """Return a number as a fraction; a simple one if only the last digits differ from it."""
+    """Return a number as a fraction: a simple fraction if it agrees to 40 digits, else exactly.
+
+    A number of more than 1000 binary digits before or behind the point is limited to that size.
+    """
     size = numbers.mag(number)
     if abs(size) > _LARGEST:
         number = numbers.ldexp(numbers.sign(number), max(-_LARGEST, min(size, _LARGEST)))

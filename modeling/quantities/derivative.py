@@ -1,13 +1,13 @@
-"""Derivatives of expressions with kinks, and whether an expression jumps.
+"""Differentiate expressions with kinks, and find jumps of expressions.
 
 SymPy differentiates a kink (`Max`, `Min`, `Abs`) to a step (``Heaviside``, ``sign``) and a step to
 an impulse (``DiracDelta``). A step is 1/2 (a sign 0) at the kink, so that the slope there is the
 mean of the slopes on both sides.
 
-Steps and choices may still join continuously: ``(dq - v) Heaviside(dq - v)``, or a friction law in
-pieces. The values on both sides of each edge are compared in many digits, with independent numbers
-in place of all other symbols: values that are equal there are equal everywhere, except by
-coincidence.
+An expression with steps or pieces may still be continuous: ``(dq - v) Heaviside(dq - v)``, or a
+friction law in pieces. The values on both sides of each *edge*, where a step or a piece begins, are
+compared in many digits, with independent numbers in place of all other symbols: values that are
+equal there are equal everywhere, except by coincidence.
 """
 
 import contextlib
@@ -27,10 +27,10 @@ from .point_value import CANNOT, deciding, drawn, float_at, numbers, value_at, z
 from .symbols import DIRECTION
 
 _POINTS = 6
-_STARTS = (-1.5, 0.5)  # velocities from which an edge is searched, also one of either sign
-_BESIDE = numbers.mpf("1e-30")
-_ROUNDING = 1e-12  # remainder due to decimals, as a share of the force
-_AT_REST = numbers.mpf(3) / 7  # the direction on both sides of rest
+_STARTS = (-1.5, 0.5)  # velocities from which an edge is searched, one of either sign
+_RELATIVE_DISTANCE = numbers.mpf("1e-30")  # of the sides of an edge, relative to its velocity
+_ROUNDING = 1e-12  # jump due to rounded decimals, as a share of the force
+_AT_REST = numbers.mpf(3) / 7  # friction direction on both sides of rest
 
 _Point = Mapping[sympy.Symbol, Any]  # numbers of many digits
 
@@ -43,8 +43,8 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
     Parameters
     ----------
     force : sympy.Expr
-        Force by the friction direction: at rest it is continuous if it is so for the same
-        direction.
+        Force as a function of the friction direction. At rest it counts as continuous if it is
+        continuous for the same direction on both sides.
     velocity : sympy.Symbol
     """
     kinds = (sympy.sign, sympy.Heaviside, sympy.Piecewise)
@@ -58,7 +58,7 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
 
 
 def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
-    """Return functions of the velocity that are 0 where a step or a Piecewise may jump."""
+    """Yield functions of the velocity that are 0 where a step or a Piecewise may jump."""
     kinks = node.atoms(Relational) if isinstance(node, sympy.Piecewise) else [node]
     yield from (x for kink in kinks for x in deciding(kink) if velocity in x.free_symbols)
 
@@ -85,7 +85,7 @@ def _number(symbol: sympy.Symbol, turn: int) -> Any:
 
 
 def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any]:
-    """Return velocities at which a function changes its sign, as far as they are found.
+    """Return the velocities at which a function changes its sign, as far as they are found.
 
     Parameters
     ----------
@@ -98,33 +98,34 @@ def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any
     found: list[Any] = []
 
     def value(place: Any) -> Any:
+        """Return the function at a velocity."""
         return value_at(edge, {**point, velocity: place})
 
     for start in _STARTS:
         with contextlib.suppress(*CANNOT):
             place = zero(value, numbers.mpf(start))
-            beside = _beside(place)
-            known = any(abs(place - other) < beside for other in found)
-            if not known and value(place + beside) * value(place - beside) <= 0:
+            distance = _distance(place)
+            is_known = any(abs(place - other) < distance for other in found)
+            if not is_known and value(place + distance) * value(place - distance) <= 0:
                 found.append(place)
     return found
 
 
-def _beside(place: Any) -> Any:
+def _distance(place: Any) -> Any:
     """Return the distance from a velocity at which the two sides of an edge are evaluated."""
-    return _BESIDE * max(abs(place), 1)
+    return _RELATIVE_DISTANCE * max(abs(place), 1)
 
 
 def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float:
-    """Return the jump of a force at a velocity, relative to its size nearby.
+    """Return the jump of a force at a velocity, relative to the size of the force nearby.
 
-    NaN if it has no value there.
+    It is NaN if the force has no value there.
     """
-    beside, apart = _beside(place), 1 + abs(place)
-    direction = numbers.sign(place) if abs(place) > beside else _AT_REST
+    distance, far = _distance(place), 1 + abs(place)
+    direction = numbers.sign(place) if abs(place) > distance else _AT_REST
     above, below, *others = (
         float_at(force, {**point, velocity: place + step, DIRECTION: direction})
-        for step in (beside, -beside, apart, -apart)
+        for step in (distance, -distance, far, -far)
     )
     sizes = [abs(value) for value in (above, below, *others) if not math.isnan(value)]
     return abs(above - below) / (max(sizes, default=0.0) or 1.0)
@@ -143,7 +144,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     Raises
     ------
     ModelError
-        The expression jumps where the variable passes a value.
+        The expression jumps at some value of the variable.
     """
     derivative = _derivative(value, variable, {})
     impulses = derivative.atoms(sympy.DiracDelta)
@@ -170,10 +171,17 @@ def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
 def _derivative(
     value: sympy.Expr, variable: sympy.Symbol, known: dict[sympy.Expr, sympy.Expr]
 ) -> sympy.Expr:
-    """Return a derivative by the chain rule, with that of each node computed once.
+    """Return a derivative by the chain rule; the derivative of each node is computed once.
 
-    A node with a kink is replaced by a symbol in SymPy's derivative, because SymPy would try to
-    decide which side is the larger, and whether the arguments are real.
+    Before SymPy differentiates, each node with a kink is replaced by a symbol, because SymPy would
+    try to decide which argument is the larger, and whether the arguments are real.
+
+    Parameters
+    ----------
+    value : sympy.Expr
+    variable : sympy.Symbol
+    known : dict of sympy.Expr to sympy.Expr
+        Derivatives computed so far, by node; new derivatives are added.
     """
     if variable not in value.free_symbols:
         return sympy.S.Zero
@@ -200,7 +208,7 @@ def _partial(value: sympy.Expr, argument: sympy.Expr) -> sympy.Expr:
     if value.is_Mul:
         return sympy.Mul(*others)
     if value.is_Pow:
-        # SymPy writes base**exp / base, which has no value where a hinge is 0.
+        # SymPy writes base**exp / base, which has no value where the base is 0.
         return value.exp * value.base ** (value.exp - 1)
     if isinstance(value, (Max, Min)):
         sign = 1 if isinstance(value, Max) else -1
@@ -217,7 +225,7 @@ _KINKS = (Max, Min, *_RATES)
 
 
 def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
-    """Return the kinks of an expression that are not inside other kinks."""
+    """Yield the kinks of an expression that are not inside other kinks."""
     walk = sympy.preorder_traversal(value)
     for node in walk:
         if isinstance(node, _KINKS):
@@ -226,7 +234,10 @@ def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:
-    """Replace ``Heaviside(x) Max(0, x)`` by ``Max(0, x)``; likewise for ``Min(0, x)``."""
+    """Return a product with ``Max(0, x)`` in place of ``Heaviside(x) Max(0, x)``.
+
+    The same applies to ``Heaviside(-x) Min(0, x)``.
+    """
     powers = [factor.as_base_exp() for factor in product.args]
     hinges = [base for base, exponent in powers if exponent.is_positive]
     needless = {

@@ -1,8 +1,8 @@
-"""Rewrite an expression: a number into an exponent, as a sum of products, without a symbol.
+"""Rewrite expressions: move a number into an exponent, multiply out, remove a symbol.
 
 A multiplied-out form is not suitable for floating point: ``(x - 2)**12`` loses all its digits near
-2. So the dependence of an expression on a symbol is tested at a few points, and an independent
-expression is evaluated where the symbol is 0.
+2. To remove a symbol on which an expression does not depend, the expression is therefore not
+multiplied out: the dependence is tested at a few points, and the symbol is replaced by 0.
 """
 
 import math
@@ -12,16 +12,17 @@ import sympy
 
 from .dependences import depends
 
-# Beyond it the factor goes back. Where a smaller one stays, only values beyond 1e288 overflow.
+# A larger factor moves into the exponent. With a smaller factor, only values above 1e288 overflow.
 _LARGEST = sympy.Float(2.0**64)
 
 
 def joined_exponential(product: sympy.Mul) -> tuple[sympy.Expr, sympy.Expr] | None:
-    """Return a product with its number moved into the exponent of its exponential.
+    """Return a product with its numerical factor moved into the exponent of its exponential.
 
     Parameters
     ----------
     product : sympy.Mul
+        Such as ``1e-200 x exp(y)``.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def multiplied_out(value: sympy.Expr, *, powers: bool = True) -> sympy.Expr:
 
 
 def _terms(value: sympy.Expr) -> int:
-    """Return an upper bound on the terms of an expression multiplied out, 501 at most."""
+    """Return an upper bound on the number of terms of an expression multiplied out, at most 501."""
     most, parts = _MOST_TERMS + 1, [_terms(argument) for argument in value.args]
     if value.is_Add:
         return min(sum(parts), most)
@@ -71,12 +72,16 @@ def _terms(value: sympy.Expr) -> int:
 
 
 _INFINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo)
-#: Values of symbols on which an expression does not depend, though some may make it infinite.
+#: Numbers that are tried in place of symbols on which an expression does not depend; some of them
+#: may make it infinite.
 _ANYWHERE = (sympy.S.Zero, sympy.S.One, sympy.Integer(2), sympy.Integer(-3))
 
 
 def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:
-    """Return an expression in a form without given symbols; None if it depends on one."""
+    """Return an expression in a form without the given symbols.
+
+    It is None if the expression depends on one of the symbols, or has no such form.
+    """
     inside = value.free_symbols & symbols
     if not inside:
         return value
@@ -87,17 +92,17 @@ def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr
 
 
 def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr | None:
-    """Return the value of an affine expression where its symbols are 0.
+    """Return the value of an affine expression where the given symbols are 0.
 
-    If it is not finite there as written, such as ``(p**2 + p x)/p``, which is ``x + p``, the value
-    follows from another number of the symbols and the slopes. None if it is finite at no number
-    tried.
+    If the expression as written is not finite there, such as ``(p**2 + p x)/p``, which is
+    ``x + p``, the value is extrapolated by the slopes from another number of the symbols. It is
+    None if the expression is not finite at any number that is tried.
 
     Parameters
     ----------
     value : sympy.Expr
     slopes : mapping of sympy.Symbol to sympy.Expr
-        Slope of the expression for each symbol.
+        Slope of the expression for each symbol in which it is affine.
     """
     for place in _ANYWHERE:
         there = where(value, slopes.keys(), place)
@@ -109,6 +114,6 @@ def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> s
 def where(
     value: sympy.Expr, symbols: AbstractSet[sympy.Symbol], place: sympy.Integer = sympy.S.Zero
 ) -> sympy.Expr | None:
-    """Return an expression with one number for all given symbols; None if it is not finite."""
+    """Return an expression with the number `place` for all given symbols; None if not finite."""
     there = value.xreplace(dict.fromkeys(symbols, place))
     return None if there.has(*_INFINITE) else there

@@ -1,10 +1,10 @@
-"""Units of expressions, from the units of their symbols.
+"""Find the units of expressions from the units of their symbols.
 
-A plain number has no unit of its own. In a function of parameters it is a pure number. In an
-equation of motion it may stand for something with a unit (``9.81 * m``, an arm of 0.25): there a
-mismatch that a number could explain is *excused* and noted, never passed silently. The numbers that
+A plain number has no unit. In a function of parameters it is dimensionless. In an equation of
+motion it may stand for a quantity with a unit (``9.81 * m``, an arm of 0.25). There, a mismatch of
+units that a plain number could explain is *excused*: it is recorded and reported. The numbers that
 come from energies and their derivatives (1, 2, 1/2 and their negatives, however written) excuse
-nothing in a term with parameters or constants, whose wrong units they would hide.
+nothing in a term with parameters or constants, because they would hide wrong units.
 """
 
 import math
@@ -23,7 +23,7 @@ from .units import Unit, parse_unit
 
 NUMBER = parse_unit("1")
 
-_ROOT, _NEAR = 12, 1e-9
+_ROOT, _NEAR = 12, 1e-9  # largest denominator of a power of a unit, and its rounding error
 _PURE = (0.5, 1.0, 2.0)
 _JUMPS = (sympy.sign, sympy.Heaviside)
 _OF_NUMBERS = (
@@ -42,7 +42,7 @@ _OF_NUMBERS = (
 
 
 class UnitsError(ValueError):
-    """Units that do not fit; callers add the name of the expression to the message."""
+    """Error for units that do not fit; callers add the name of the expression to the message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class _ExpressionUnit:
 
 
 class UnitReader:
-    """Finds the units of expressions.
+    """Reader of the units of expressions.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class UnitReader:
     Attributes
     ----------
     excused : list of Unit
-        Units that plain numbers would have to carry where the units do not fit otherwise.
+        Units that plain numbers must have, where the units would not fit otherwise.
     """
 
     def __init__(
@@ -92,31 +92,31 @@ class UnitReader:
         self.excused: list[Unit] = []
 
     def unit(self, expression: sympy.Expr) -> Unit:
-        """Return the unit of an expression; an expression without units has that of a number.
+        """Return the unit of an expression; ``1`` if it has no unit.
 
         Raises
         ------
         UnitsError
-            Units do not fit within it.
+            Units within the expression do not fit.
         """
         return self._read(expression).unit
 
     def fits(self, expression: sympy.Expr, wanted: Unit) -> bool:
-        """Return whether an expression has a unit, or can have it by the unit of a plain number.
+        """Return whether an expression has the wanted unit, or can have it by a plain number.
 
         Raises
         ------
         UnitsError
-            Units do not fit within it.
+            Units within the expression do not fit.
         """
-        alone = expression.is_number  # it may have any unit, whatever its value
-        read = _ExpressionUnit(NUMBER, self._loose_numbers) if alone else self._read(expression)
-        return self._is(read, wanted)
+        if expression.is_number:  # a number alone may have any unit, also if it is 1, 2 or 1/2
+            return self._is(_ExpressionUnit(NUMBER, self._loose_numbers), wanted)
+        return self._is(self._read(expression), wanted)
 
     def _is(self, read: _ExpressionUnit, wanted: Unit) -> bool:
-        """Return whether a unit is the wanted one, or a plain number can make it so.
+        """Return whether a unit is the wanted unit, or a plain number may have the missing unit.
 
-        The unit that the plain number must carry is added to `excused`.
+        In the second case the missing unit is added to `excused`.
         """
         if read.unit.same_dimension(wanted):
             return True
@@ -165,11 +165,13 @@ class UnitReader:
             for part in parts
             if part != 0
         ]
-        # A part with a unit decides; otherwise one that is not a plain number.
+        # Compare all parts with one of them: preferably not loose, and with a unit.
         first = min(reads, key=lambda read: (read.loose, read.unit.same_dimension(NUMBER)))
         for read in reads:
             if not self._is(read, first.unit):
-                raise UnitsError(f"{node} {does} {first.unit} and {read.unit}. Units must agree.")
+                raise UnitsError(
+                    f"{node} {does} {first.unit} and {read.unit}. Give both the same unit."
+                )
         return first
 
     def _power(self, node: sympy.Pow) -> _ExpressionUnit:
@@ -179,7 +181,9 @@ class UnitReader:
         """
         base, power = self._read(node.base), self._read(node.exp)
         if not self._is(power, NUMBER):
-            raise UnitsError(f"the power in {node} is in {power.unit}. Give a number.")
+            raise UnitsError(
+                f"the power in {node} is in {power.unit}. Give a power without a unit."
+            )
         if base.unit.same_dimension(NUMBER):
             return base
         exponent = float(node.exp) if node.exp.is_Number else math.nan
@@ -190,11 +194,11 @@ class UnitReader:
             return _ExpressionUnit(NUMBER, loose=True)
         raise UnitsError(
             f"{node} has no unit: {base.unit} is raised to a power that is not a fraction with a "
-            f"denominator up to {_ROOT}."
+            f"denominator up to {_ROOT}. Give such a fraction."
         )
 
     def _applied(self, node: sympy.Basic) -> _ExpressionUnit:
-        """Return the unit of a function, and check those of its arguments."""
+        """Return the unit of a function, and check the units of its arguments."""
         if isinstance(node, sympy.Abs):
             return self._read(node.args[0])
         if isinstance(node, _JUMPS):
@@ -208,23 +212,26 @@ class UnitReader:
                 self._common(relation, relation.args, "compares")
             return self._common(node, [pair.args[0] for pair in node.args], "chooses from")
         if self._loose_numbers and not isinstance(node, _OF_NUMBERS):
-            return _ExpressionUnit(NUMBER, loose=True)  # a user's function, refused elsewhere
+            return _ExpressionUnit(NUMBER, loose=True)  # an unknown function, refused elsewhere
         argument = self._read(node.args[0])
         if not self._is(argument, NUMBER):
-            raise UnitsError(f"{node} takes a number, not {argument.unit}.")
+            raise UnitsError(
+                f"{node} takes a number, not {argument.unit}. Divide the argument by a quantity in "
+                f"{argument.unit}."
+            )
         return _ExpressionUnit(NUMBER)
 
 
 def _is_sign(number: sympy.Expr) -> bool:
-    """Return whether a number is 1 or -1 as a whole number, the sign of a term in SymPy."""
+    """Return whether a number is the integer 1 or -1, which SymPy uses as the sign of a term."""
     return number in (sympy.S.One, sympy.S.NegativeOne) and number.is_Integer
 
 
 def _is_pure(number: sympy.Expr) -> bool:
     """Return whether a number is dimensionless: a factor of an energy, or a constant such as pi.
 
-    A half is written as ``1/2`` or as ``0.5``, which becomes ``1.0`` when a square is
-    differentiated; SymPy has the two as numbers of different kinds.
+    The factors are compared as floats: ``0.5`` becomes ``1.0``, and not the integer 1, if a square
+    is differentiated.
     """
     if number.is_Number:
         return abs(float(number)) in _PURE

@@ -1,4 +1,4 @@
-"""Places where functions change: kinks, edges of roots, transitions of smooth functions.
+"""Find where functions change: kinks, edges of roots, transitions of smooth functions.
 
 A *feature* is the value that decides how a function behaves: the argument of ``Abs``, the
 difference of two arguments of ``Max``, the argument of ``tanh``. At a kink, this value is 0. A
@@ -15,14 +15,14 @@ from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 _SIGNED = (sympy.Abs, sympy.sign, sympy.Heaviside)
-#: Functions that are almost constant, or larger than all else, away from small arguments.
+#: Functions that are almost constant, or larger than any other term, unless the argument is small.
 _FLAT = (sympy.tanh, sympy.sinh, sympy.cosh)
 _OTHER = (sympy.sin, sympy.cos, sympy.tan, sympy.atan, sympy.asin, sympy.acos, sympy.log)
-_STEPS = 100  # in which a crossing is found
-_CLOSE = 1e-24  # share within which a crossing is known
-_TOUCH = 1e-18  # share of the values around it, below which a function touches 0
-_SAME = 1e-15  # share by which two places differ
-_PARABOLAS = 12  # steps by a parabola
+_STEPS = 100  # largest number of steps to a crossing
+_CLOSE = 1e-24  # relative accuracy of a crossing
+_TOUCH = 1e-18  # value, as a share of the values around it, up to which a function touches 0
+_SAME = 1e-15  # relative difference up to which two places are the same
+_PARABOLAS = 12  # largest number of steps by parabolas
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Feature:
 
     @property
     def has_known_places(self) -> bool:
-        """Return whether all kinks of the function are found, so that no other part can differ.
+        """Return whether the search finds all kinks of the function.
 
         True for a smooth function, which has no kink, and for the angle of a point (atan2), which
         is one function. Otherwise each part must be piecewise linear or quadratic in one symbol, or
@@ -72,7 +72,7 @@ class Feature:
 
     @property
     def is_one_sided(self) -> bool:
-        """Return whether the value is known never to change its sign."""
+        """Return whether the value never changes its sign, as far as SymPy knows."""
         value = self.parts[0] - self.parts[1] if len(self.parts) > 1 else self.parts[0]
         return bool(value.is_nonnegative or value.is_nonpositive)
 
@@ -88,7 +88,7 @@ def _has_known_places(part: sympy.Expr) -> bool:
 
 
 def _degree_is(most: int, part: sympy.Expr, symbol: sympy.Symbol) -> bool:
-    """Return whether a polynomial has at most some degree in a symbol."""
+    """Return whether the degree of a polynomial in a symbol is at most `most`."""
     return bool(sympy.degree(part, symbol) <= most)
 
 
@@ -105,13 +105,13 @@ def _is_piecewise_linear(node: sympy.Basic) -> bool:
 
 
 def features_of(expression: sympy.Basic) -> Iterator[Feature]:
-    """Return the features of an expression, those of inner functions first; some may repeat."""
+    """Yield the features of an expression, those of inner functions first; some may repeat."""
     for node in _once(expression):
         yield from (feature for feature in _features(node) if feature.symbols)
 
 
 def _once(expression: sympy.Basic) -> Iterator[sympy.Basic]:
-    """Return the nodes of an expression, each once, inner ones first."""
+    """Yield the nodes of an expression, each once, inner nodes first."""
     seen: set[sympy.Basic] = set()
     stack = [(expression, False)]
     while stack:
@@ -125,7 +125,7 @@ def _once(expression: sympy.Basic) -> Iterator[sympy.Basic]:
 
 
 def _features(node: sympy.Basic) -> Iterator[Feature]:
-    """Return the features of a single function, without those of its arguments."""
+    """Yield the features of a single function, without those of its arguments."""
     if isinstance(node, _SIGNED):
         yield from _edges(node, needed=True)
     elif isinstance(node, (Max, Min)):
@@ -140,13 +140,14 @@ def _features(node: sympy.Basic) -> Iterator[Feature]:
     elif node.is_Mul:
         yield from _scaled_exponentials(node)
     elif node.is_Pow:
-        yield from _edges(node, needed=False) if not node.exp.is_Integer else ()
+        if not node.exp.is_Integer:
+            yield from _edges(node, needed=False)
     elif isinstance(node, sympy.Function):
         yield from _of_function(node)
 
 
 def _of_function(node: sympy.Function) -> Iterator[Feature]:
-    """Return the features of a smooth function, and the edges of log, asin and acos."""
+    """Yield the features of a smooth function, and the edges of log, asin and acos."""
     if isinstance(node, sympy.atan2):
         for argument in node.args:
             yield Feature(node, (argument,), sharp=True, needed=argument == node.args[0])
@@ -161,13 +162,13 @@ def _of_function(node: sympy.Function) -> Iterator[Feature]:
 
 
 def _edges(node: sympy.Expr, *, needed: bool) -> Iterator[Feature]:
-    """Return one feature for each factor of a function's argument, with a kink where it is 0."""
+    """Yield one feature for each factor of a function's argument, with a kink where it is 0."""
     for factor in _factors(node.args[0]):
         yield Feature(node, (factor,), sharp=True, needed=needed)
 
 
 def _scaled_exponentials(product: sympy.Mul) -> Iterator[Feature]:
-    """Return the transition of an exponential with a factor, as in ``exp(x - 3000.0)``.
+    """Yield the transition of an exponential with a factor, as in ``exp(x - 3000.0)``.
 
     SymPy writes it as a number times ``exp(x)``.
     """
@@ -180,7 +181,7 @@ def _scaled_exponentials(product: sympy.Mul) -> Iterator[Feature]:
 
 
 def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
-    """Return the factors of a product that can be 0, without their powers."""
+    """Yield the factors of a product that can be 0, without their exponents."""
     for factor in sympy.Mul.make_args(argument):
         base, exponent = factor.as_base_exp()
         yield base if exponent.is_Number else factor
@@ -205,18 +206,20 @@ def crossings(
     found = [place for place, size in zip(grid, sizes, strict=True) if size == 0]
     # A change of sign between neighbours is a zero.
     for low, high in pairwise(zip(grid, sizes, strict=True)):
-        found += [_between(value, low, high)] if low[1] * high[1] < 0 else []
-    # At a smallest size without a change of sign, the function may touch 0.
+        if low[1] * high[1] < 0:
+            found.append(_between(value, low, high))
+    # At a local minimum of the absolute value without a change of sign, the function may touch 0.
     for i in range(1, len(grid) - 1) if curved else ():
         before, here, after = (abs(size) for size in sizes[i - 1 : i + 2])
         if here and here <= before and here <= after and before != after:
-            same = sizes[i - 1] * sizes[i] > 0 and sizes[i] * sizes[i + 1] > 0
-            found += _by_parabola(value, grid[i - 1 : i + 2], sizes[i - 1 : i + 2]) if same else []
+            same_sign = sizes[i - 1] * sizes[i] > 0 and sizes[i] * sizes[i + 1] > 0
+            if same_sign:
+                found += _by_parabola(value, grid[i - 1 : i + 2], sizes[i - 1 : i + 2])
     return apart(found)
 
 
 def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any, Any]) -> Any:
-    """Return the argument of a change of sign, by secants with halved weights and by bisection.
+    """Return the argument of a change of sign, by the Illinois method with bisections.
 
     Parameters
     ----------
@@ -247,7 +250,7 @@ def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any,
 def _by_parabola(
     value: Callable[[Any], Any], places: Sequence[Any], sizes: Sequence[Any]
 ) -> list[Any]:
-    """Return zeros of a function near its smallest size, by parabolas through three points.
+    """Return zeros of a function near a minimum of its size, by parabolas through three points.
 
     Parameters
     ----------
@@ -255,6 +258,7 @@ def _by_parabola(
     places, sizes : sequence of number
         Three arguments and the values there.
     """
+    # The parabola through the three points, offset + slope x + bend x**2.
     (x0, x1, x2), (y0, y1, y2) = places, sizes
     largest = max(abs(y0), abs(y1), abs(y2))
     first = (y1 - y0) / (x1 - x0)
@@ -263,21 +267,19 @@ def _by_parabola(
         return []
     slope = first - bend * (x0 + x1)
     offset = y0 - first * x0 + bend * x0 * x1
+    # Its two zeros; its vertex if it does not reach 0, or hardly.
     lowest = -slope / (2 * bend)
     room = lowest**2 - offset / bend
     if room <= _TOUCH * (lowest**2 + abs(offset / bend)):
         roots = [lowest]
     else:
         roots = [lowest - room**0.5, lowest + room**0.5]
-    return [
-        root
-        for root in (_polished(value, x, x1 - x0) for x in roots)
-        if _is_zero(value, root, largest)
-    ]
+    polished = [_polished(value, root, x1 - x0) for root in roots]
+    return [root for root in polished if _is_zero(value, root, largest)]
 
 
 def _polished(value: Callable[[Any], Any], place: Any, width: Any) -> Any:
-    """Return an argument nearer to a zero or a touch of 0, by repeated parabolas.
+    """Return an argument closer to a zero of a function, by repeated parabolas.
 
     Parameters
     ----------
@@ -294,7 +296,7 @@ def _polished(value: Callable[[Any], Any], place: Any, width: Any) -> Any:
             break
         slope, bend = (above - below) / (2 * step), (above - 2 * here + below) / step**2
         if bend and (slope**2 <= 2 * abs(bend * here) * (1 + 1e-9)):
-            move = -slope / bend  # towards its minimum, the only place at which it may touch 0
+            move = -slope / bend  # to the vertex, the only place at which the parabola may touch 0
         elif slope:
             move = -here / slope
         else:
@@ -312,7 +314,7 @@ def _is_zero(value: Callable[[Any], Any], place: Any, largest: Any) -> bool:
 
 
 def apart(places: Iterable[Any]) -> list[Any]:
-    """Return arguments in ascending order, equal ones once."""
+    """Return arguments in ascending order; arguments equal up to rounding are kept once."""
     found: list[Any] = []
     for place in sorted(places):
         if not found or place - found[-1] > _SAME * max(abs(place), abs(found[-1])):

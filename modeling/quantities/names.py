@@ -1,6 +1,7 @@
-"""Checks of the names and numbers in a declaration; numbers are plain finite floats.
+"""Check the names and numbers of a declaration.
 
-Names are used in generated Python and C text, so they are checked once, at declaration.
+Names are used in generated Python and C text, so they are checked once, at declaration. Numbers
+become plain floats.
 """
 
 import contextlib
@@ -28,7 +29,7 @@ _FUNCTIONS = frozenset(
     "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax sign abs min "
     "max".split()
 )
-# Arguments and results of the generated functions; `null jac hess` mean something to CasADi.
+# Arguments and results of the generated functions; CasADi uses the names `null jac hess`.
 RESERVED = frozenset(
     "tau direction parameters ddm_parameters reference measured_position measured_velocity "
     "measurement_error reference_rate injected held control state next_state step row known "
@@ -42,17 +43,17 @@ _TAKEN = {
     "a mathematical function": _FUNCTIONS,
     "reserved for the generated functions": RESERVED,
 }
-# Symbols made by the program: the direct model's parameters, a law's delay line, and
+# Symbols that the program makes: the parameters of the direct model, the delay line of a law, and
 # the sides of kinks.
-_MADE = re.compile(r"(theta|delayed|side)\d+")
+_PROGRAM_SYMBOLS = re.compile(r"(theta|delayed|side)\d+")
 
 
-# Meaning of these names in every expression, whatever is declared.
+# Meaning of names that are known in every expression.
 _CONSTANTS = {"pi": "the number pi", "G": "the standard acceleration of gravity"}
 
 
 def check_name(name: str, what: str) -> str:
-    """Return a name, checked to be one that generated text can contain.
+    """Return a name that generated text can contain; refuse other names.
 
     Parameters
     ----------
@@ -71,11 +72,17 @@ def check_name(name: str, what: str) -> str:
             "digits or underscores. Choose another name.",
             code="axis",
         )
-    said = f"{what} is named {name!r}, which"
+    subject = f"{what} is named {name!r}, which"
     refuse(
         ModelError,
-        (_MADE.fullmatch(name), f"{said} is reserved for the program. Choose another name"),
-        *((name in t, f"{said} is {why}. Choose another name") for why, t in _TAKEN.items()),
+        (
+            _PROGRAM_SYMBOLS.fullmatch(name),
+            f"{subject} is reserved for the program. Choose another name",
+        ),
+        *(
+            (name in names, f"{subject} is {reason}. Choose another name")
+            for reason, names in _TAKEN.items()
+        ),
         code="axis",
     )
     return name
@@ -94,7 +101,7 @@ def check_symbol(name: str, what: str, *, control: bool = False) -> None:
     Raises
     ------
     ModelError
-        If `check_name` refuses the name, or if it is ``pi`` or ``G``.
+        `check_name` refuses the name, or the name is ``pi`` or ``G``.
     """
     check_name(name, what)
     if name in _CONSTANTS and not (control and name == "G"):
@@ -131,8 +138,13 @@ def check_distinct(names: Iterable[tuple[str, str]]) -> None:
 
     Parameters
     ----------
-    names : iterable of (name, what)
-        Each name with a description of its owner, for the message.
+    names : iterable of (str, str)
+        Each name with a description of the named object, for the message.
+
+    Raises
+    ------
+    ModelError
+        Two names are equal, or differ only by case.
     """
     seen: dict[str, tuple[str, str]] = {}
     for name, what in names:
@@ -140,7 +152,8 @@ def check_distinct(names: Iterable[tuple[str, str]]) -> None:
             first, owner = seen[name.lower()]
             but = "" if name == first else " except for upper and lower case"
             raise ModelError(
-                f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one.",
+                f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one of "
+                "the two.",
                 code="axis",
             )
         seen[name.lower()] = (name, what)
@@ -150,7 +163,7 @@ _SIMPLE, _DIGITS = 1000, 6
 
 
 def settle(record: object, **values: Any) -> None:
-    """Set fields of a frozen dataclass to their checked values."""
+    """Set fields of a frozen dataclass to checked values, in its ``__post_init__``."""
     for name, value in values.items():
         object.__setattr__(record, name, value)
 
@@ -164,12 +177,13 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
     what : str
         Description of the value, for messages.
     finite : bool
-        Whether it must be finite.
+        Whether the value must be finite.
 
     Raises
     ------
     ModelError
-        It is not a number, or not finite where it must be.
+        The value is not a number (also NaN, a text or a bool), or is infinite although it must be
+        finite.
     """
     try:
         result = float(value)

@@ -1,8 +1,8 @@
-"""Values of expressions at points, in many digits, each with its change by rounding.
+"""Evaluate expressions at points, in many digits and with an estimate of rounding errors.
 
 Each number is computed twice. The second time the declared decimals and the terms of sums are
-changed a little, as rounding would change them: a number that changes by as much as its size counts
-as zero.
+changed a little, as rounding would change them. A number that is not much larger than the
+difference of the two counts as zero.
 """
 
 import hashlib
@@ -27,17 +27,17 @@ from .symbols import DIRECTION
 numbers = MPContext()
 numbers.dps = 70
 _DECIMAL = 1e-14  # relative change of decimals
-_SPARE_BITS = 60  # of each number, by which the terms of sums change
+_SPARE_BITS = 60  # last binary digits of a number that rounding of the terms of sums may change
 _NOTHING = 30  # changes by rounding, up to which a number counts as zero
-_SPREAD, _BITS = 6, 40  # factors of two over which numbers are spread, per bit that gives no size
-_SECANTS = 16  # steps in which an edge is found
-_TOLD = 25  # digits to which the argument of a function is known
-_LARGEST = 2000  # binary digits before the point of the argument of a function
+_SPREAD, _BITS = 6, 40  # powers of two over which random numbers are spread; bits that decide it
+_SECANTS = 16  # largest number of steps in which an edge is searched
+_ARGUMENT_DIGITS = 25  # digits of the arguments that decide the value of an unknown function
+_LARGEST = 2000  # largest number of binary digits before the point in the argument of a function
 _FIRST_ROUNDED = 2**53  # whole number above which floating point rounds
-#: Errors that a value raises if it does not exist.
+#: Errors that are raised if an expression has no value.
 CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
-#: A number, and the number with rounding.
+#: A number, and the same number as changed by rounding.
 Value: TypeAlias = tuple[Any, Any]
 
 NOTHING: Value = (numbers.zero, numbers.zero)
@@ -60,12 +60,12 @@ _RELATIONS: dict[Any, Callable[[Any, Any], bool]] = {
 
 
 def is_nothing(value: Value) -> bool:
-    """Return whether a number is 0 up to rounding: not larger than 30 changes by rounding.
+    """Return whether a number is 0 up to rounding: at most 30 times its change by rounding.
 
     Raises
     ------
     ValueError
-        It is not finite.
+        The number is not finite.
     """
     number, moved = value
     if not (numbers.isfinite(number) and numbers.isfinite(moved)):
@@ -74,13 +74,13 @@ def is_nothing(value: Value) -> bool:
 
 
 def rounding(seed: int) -> Callable[[Any], Any]:
-    """Return a function that changes each number by a random share, of the size of rounding."""
+    """Return a function that changes each number by a random relative error due to rounding."""
     source, share = random.Random(seed), numbers.ldexp(1, _SPARE_BITS - numbers.prec)  # noqa: S311
     return lambda number: number + number * share * source.uniform(0.5, 1.5)
 
 
 def off_as_decimal(number: Fraction) -> Value:
-    """Return a declared number, and the number as changed by rounding.
+    """Return a declared number as a value with its change by rounding.
 
     A fraction changes in the 14th digit, a whole number only in the last of all digits.
     """
@@ -95,14 +95,14 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     Raises
     ------
     ArithmeticError, ValueError, TypeError, RecursionError
-        It has none.
+        The expression has no finite real value at the point.
     """
     given = {symbol: exactly(numbers.mpmathify(x)) for symbol, x in point.items()}
     return _real(_Values(given)(expression)[0])
 
 
 def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float:
-    """Return the value of an expression at a point as a float; NaN where it has none."""
+    """Return the value of an expression at a point as a float; NaN if it is not finite and real."""
     try:
         value = float(value_at(expression, point))
     except CANNOT:
@@ -170,10 +170,10 @@ class _Values:
         return self._of_several(node, inner)
 
     def _of_several(self, node: sympy.Basic, inner: Sequence[Value]) -> Value:
-        """Return the value of atan2, and of a function that is not known (see `_opaque`)."""
+        """Return the value of atan2, or of a function that is not known (see `_opaque`)."""
         if isinstance(node, sympy.atan2) and not any(numbers.im(x) for pair in inner for x in pair):
-            ahead, across = zip(*inner, strict=True)
-            return numbers.atan2(*map(_real, ahead)), numbers.atan2(*map(_real, across))
+            exact, off = zip(*inner, strict=True)
+            return numbers.atan2(*map(_real, exact)), numbers.atan2(*map(_real, off))
         return self._opaque(node, [number for number, _ in inner])
 
     def _number(self, number: sympy.Expr) -> Value:
@@ -181,11 +181,11 @@ class _Values:
         return _number(number, off=True)
 
     def _real(self, number: Any) -> Any:
-        """Return the real part of a number; a complex or infinite one is refused here."""
+        """Return a real number; refuse a complex or infinite one, unless a subclass accepts it."""
         return _real(number)
 
     def _side(self, value: Value) -> Any:
-        """Return the sign of a value."""
+        """Return the sign of a real value: -1, 0 or 1."""
         return numbers.sign(_real(value[0]))
 
     def _symbol(self, symbol: sympy.Symbol) -> Value:
@@ -251,32 +251,41 @@ class DrawnPoint(_Values):
         return drawn(self.turn, *about)
 
     def beside(self, values: Mapping[sympy.Basic, Value]) -> "DrawnPoint":
-        """Return a point with new numbers of symbols and the same numbers of unknown functions."""
+        """Return the same point with other numbers of the symbols.
+
+        Unknown functions keep the same numbers for the same arguments.
+        """
         return DrawnPoint(self._points, self.turn, values, decimals=self._decimals)
 
     def again(self, *, decimals: bool) -> "DrawnPoint":
-        """Return a point with the same numbers of the symbols, with nothing evaluated yet."""
+        """Return the same point with the same numbers of the symbols, and no other values yet."""
         symbols = {node: value for node, value in self.values.items() if node.is_Symbol}
         return DrawnPoint(self._points, self.turn, symbols, decimals=decimals)
 
     def _number(self, number: sympy.Expr) -> Value:
+        """Return the value of a number; its decimals are changed only if the point does so."""
         return _number(number, off=self._decimals)
 
     def _symbol(self, symbol: sympy.Symbol) -> Value:
+        """Return a random number for a symbol; the sign of the velocity for the direction."""
         if symbol == DIRECTION and self._points.velocity is not None:
             return exactly(self._side(self(self._points.velocity)))
         return exactly(self._points.generic(symbol, self.turn))
 
     def _real(self, number: Any) -> Any:
-        return numbers.re(number)  # a value that is not real there may be real elsewhere
+        """Return the real part, because a value that is not real here may be real elsewhere."""
+        return numbers.re(number)
 
     def _side(self, value: Value) -> Any:
+        """Return the sign of the real part of a value; 0 if the value is 0 up to rounding."""
         return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
 
     def _opaque(self, node: sympy.Basic, _inner: Iterable[Any]) -> Value:
+        """Return a random number for a function, the same for equal arguments."""
         return exactly(
             self.drawn(
-                type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in _inner)
+                type(node).__name__,
+                *(str(numbers.nstr(number, _ARGUMENT_DIGITS)) for number in _inner),
             )
         )
 
@@ -296,7 +305,7 @@ class Points:
     Attributes
     ----------
     places : dict of sympy.Symbol to int
-        A number for each symbol that depends on where it occurs, and not on its name.
+        A number for each symbol, which depends on where the symbol occurs and not on its name.
     """
 
     def __init__(
@@ -315,7 +324,8 @@ class Points:
     def generic(self, symbol: sympy.Symbol, turn: int) -> Any:
         """Return a random number of moderate size for a symbol at point `turn`.
 
-        It is negative at every fourth point, of any sign at every fourth, and otherwise positive.
+        It is negative at every fourth point, of random sign at every fourth point, and positive at
+        the others. A symbol that is declared positive always has a positive number.
         """
         about = str(self.places.setdefault(symbol, len(self.places)))
         share = drawn(turn, "symbol", about)
@@ -330,7 +340,13 @@ class Points:
 
 
 def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:
-    """Return the expressions whose signs decide on which side of a kink an argument is."""
+    """Yield the expressions whose signs decide on which side of a kink a motion is.
+
+    Parameters
+    ----------
+    kink : sympy.Basic
+        A function with a kink or step, such as ``Abs``, ``Max`` or ``sign``, or a comparison.
+    """
     arguments = list(kink.args[:1])
     if isinstance(kink, (Max, Min)):
         arguments = [a - b for a, b in combinations(kink.args, 2)]
@@ -346,11 +362,15 @@ def zero(value: Callable[[Any], Any], start: Any) -> Any:
 
 
 def _number(node: sympy.Expr, *, off: bool) -> Value:
+    """Return the value of a number; a decimal is changed as by rounding if `off`."""
     return _known_number(node, off and is_decimal(node), numbers.prec)
 
 
 def is_decimal(number: sympy.Expr) -> bool:
-    """Return whether a number was declared with decimals, so that its products are rounded."""
+    """Return whether a number is a decimal, so that its products are rounded.
+
+    A float that is a whole number below 2**53 does not count as a decimal.
+    """
     if not number.is_Float:
         return False
     is_whole = sympy.Integer(int(number)) - number == 0
@@ -370,37 +390,45 @@ def _known_number(node: sympy.Expr, off: bool, _digits: int) -> Value:
 
 
 def _real(number: Any) -> Any:
-    """Return a finite real number; others raise ValueError."""
+    """Return a finite real number; raise ValueError for any other number."""
     if not numbers.isfinite(number) or numbers.im(number):
         raise ValueError("it is not real")
     return numbers.re(number)
 
 
 def exactly(number: Any) -> Value:
-    """Return a number as a value that rounding does not change."""
+    """Return a number as a `Value` that rounding does not change."""
     return number, number
 
 
 def _both(function: Callable[[Any], Any], value: Value) -> Value:
-    """Return a function of a value: of the number, and of the number as changed by rounding."""
+    """Return a function of both numbers of a value."""
     return function(value[0]), function(value[1])
 
 
 def drawn(turn: int, *about: str) -> Any:
-    """Return a random number between 1/2 and 3/2, fixed for each point number and name."""
+    """Return a random number between 1/2 and 3/2, always the same for equal arguments.
+
+    Parameters
+    ----------
+    turn : int
+        Number of the point.
+    *about : str
+        Names of the object and of the purpose for which the number is drawn.
+    """
     digest = hashlib.sha256("\n".join((str(turn), *about)).encode()).digest()
     return numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5
 
 
 def _sane(number: Any) -> Any:
-    """Return a number that is small enough for a function to be evaluated at it."""
+    """Return the argument of a function; raise OverflowError if it is too large to evaluate."""
     if number and numbers.mag(number) > _LARGEST:
         raise OverflowError("it is too large")
     return number
 
 
 def _power(base: Any, exponent: Any) -> Any:
-    """Return a power of numbers, unless it is too large."""
+    """Return a power of numbers; raise OverflowError if it is too large."""
     if base:
         _sane(exponent * numbers.mag(base))
     return numbers.power(base, exponent)

@@ -1,4 +1,4 @@
-"""An internal state of friction, for presliding and hysteresis."""
+"""Internal states of friction, for pre-sliding and hysteresis."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,12 +14,12 @@ from .names import check_symbol, settle
 from .symbols import Amount, Symbolic, expression
 from .units import parse_unit
 
-#: Permitted values of a part, as messages name them.
+#: Remedy for each permitted range of a part, in messages.
 _GIVE = {"positive": "a positive number", "0 or more": "0 or more"}
 
 
 class StateSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The symbol of a `State`, which carries the state's differential equation."""
+    """Symbol of a `State`, with the state's differential equation."""
 
     __slots__ = ("state",)
     state: "State"
@@ -35,7 +35,8 @@ class StateSymbol(sympy.Symbol):  # type: ignore[misc]
         return (self.state,), {}
 
     def _hashable_content(self) -> tuple[Any, ...]:
-        # SymPy also sorts by it, so that the state object itself cannot be stored there.
+        """Return the values that decide equality, hash and sorting order."""
+        # SymPy also sorts by these values, so the state object itself cannot be one of them.
         state, none = self.state, sympy.S.Infinity
         limit = none if state.limit is None else state.limit
         return (*super()._hashable_content(), state.unit, state.following, limit, state.start)
@@ -43,7 +44,7 @@ class StateSymbol(sympy.Symbol):  # type: ignore[misc]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatePart:
-    """An amount by which a ready element, such as LuGre friction, declares its state.
+    """Quantity in the equation of a state that a ready element declares, such as LuGre friction.
 
     Attributes
     ----------
@@ -51,7 +52,7 @@ class StatePart:
         Description: ``the stiffness of LuGre friction``.
     value : sympy.Expr
     unit : str
-        Unit that it must have.
+        Unit that the value must have.
     least : {"positive", "0 or more", ""}
         Permitted range; empty for any number.
     """
@@ -63,36 +64,39 @@ class StatePart:
 
     def allows(self, value: float) -> bool:
         """Return whether a number is in the permitted range."""
-        return not self.least or value > 0 or (value == 0 and self.least == "0 or more")
+        if not self.least or value > 0:
+            return True
+        return value == 0 and self.least == "0 or more"
 
 
 @dataclass(frozen=True, slots=True)
 class State(Symbolic):
     """Internal state of friction, with its own differential equation.
 
-    It is used directly in the equation of motion. No record contains it, so that such an axis is
-    simulated and fitted (`fit`), and has no least squares.
+    A state is used directly in the equation of motion. No record contains it, so such an axis can
+    be simulated and fitted (`fit`), but not estimated by least squares.
 
     Attributes
     ----------
     name, unit : str
         Symbol and coherent SI unit, e.g. ``"z", "m"``.
     following : expression or callable
-        Its rate of change, in `unit` per second: of position, velocity, parameters and constants,
-        of its own symbol and of other states. To write its own symbol, give a function of it:
-        ``lambda z: v - s0 * Abs(v) * z / Fc``. It must vanish with the velocity: a state that
-        changes at rest is not one of friction.
+        Rate of change, in `unit` per second: a function of position, velocity, parameters,
+        constants, the state itself and other states. To use the state itself, give a Python
+        function of its symbol: ``lambda z: v - s0 * Abs(v) * z / Fc``. The rate must vanish with
+        the velocity, because the state of friction does not change at rest.
     limit : expression, optional
-        Value, on either side, at which the state stays while the velocity drives it further, as for
-        a slipping slider; a function of parameters and constants. `following` is then the velocity.
+        Largest absolute value: the state stays there while the velocity drives it further, as for a
+        slipping slider; a function of parameters and constants. `following` is then the velocity.
+        None for no limit.
     start : expression
         Value at the first sample of a simulation; a function of parameters and constants. A value
         beyond the limit is set to the limit.
     description : str
         A few words for tables.
     parts : tuple of StatePart
-        Amounts by which a ready element is declared, so that mistakes are reported for them and not
-        for the state's equation.
+        Quantities that a ready element has in its equation. Mistakes are reported for these
+        quantities, and not for the equation.
 
     References
     ----------
@@ -131,16 +135,16 @@ class State(Symbolic):
 
     @property
     def own(self) -> sympy.Symbol:
-        """Return the state's plain symbol, used in its own equation and in derived expressions."""
+        """Return the plain symbol of the state, for its own equation and derived expressions."""
         return sympy.Symbol(self.name, real=True)
 
     @property
     def symbol(self) -> sympy.Symbol:
-        """Return the symbol that carries the state's equation, used in an equation of motion."""
+        """Return the symbol of the state with its equation, for an equation of motion."""
         return StateSymbol(self)
 
     def with_replaced(self, new: Mapping[sympy.Symbol, sympy.Expr]) -> "State":
-        """Return the state with symbols replaced in it, such as parameters by numbers."""
+        """Return the state with symbols replaced in its expressions, such as parameters."""
         rate, *limit, start = (replaced_in(value, new) for value in self.values)
         return State(
             self.name,
@@ -161,8 +165,10 @@ class State(Symbolic):
 
     @property
     def laws(self) -> tuple[sympy.Expr, ...]:
-        """Return the rate of change and, if there is one, the limit."""
-        return (self.following, *(() if self.limit is None else (self.limit,)))
+        """Return the rate of change and, if the state has a limit, the limit."""
+        if self.limit is None:
+            return (self.following,)
+        return (self.following, self.limit)
 
     @property
     def values(self) -> tuple[sympy.Expr, ...]:
@@ -170,7 +176,7 @@ class State(Symbolic):
         return (*self.laws, self.start)
 
 
-# It is requested repeatedly for an axis's force.
+# Cached, because it is called repeatedly for the force of an axis.
 @lru_cache(maxsize=128)
 def states_in(*values: sympy.Basic) -> tuple[State, ...]:
     """Return the states that occur in expressions, and in their equations, sorted by name.
@@ -186,7 +192,8 @@ def states_in(*values: sympy.Basic) -> tuple[State, ...]:
         state = pending.pop()
         if found.setdefault(state.name, state) != state:
             raise ModelError(
-                f"two states of different equations are named {state.name!r}. Rename one.",
+                f"two states of different equations are named {state.name!r}. Rename one of the "
+                "states.",
                 code="equation",
             )
         inner = [s.state for value in state.values for s in value.atoms(StateSymbol)]
@@ -200,7 +207,7 @@ def at_start(value: sympy.Expr) -> sympy.Expr:
 
 
 def with_own_symbols(value: sympy.Expr) -> sympy.Expr:
-    """Return an expression with the plain symbol of each state, which carries no equation."""
+    """Return an expression in which the symbol of each state is its plain symbol."""
     return value.xreplace({s: s.state.own for s in value.atoms(StateSymbol)})
 
 

@@ -1,4 +1,4 @@
-"""An order of the symbols of expressions that does not depend on their names.
+"""Order the symbols of expressions independently of their names.
 
 Symbols are distinguished by the places where they occur, with colour refinement over the graph of
 all operations: a *colour* is a digest of a symbol's occurrences. Two symbols of the same colour may
@@ -19,14 +19,14 @@ _ANY_ORDER = (sympy.Add, sympy.Mul, LatticeOp, And, Or, sympy.Eq, sympy.Ne)
 def structural_order(
     expressions: Sequence[sympy.Basic], first: Iterable[sympy.Symbol] = ()
 ) -> dict[sympy.Symbol, int]:
-    """Return a number for each symbol of expressions, by the places where it occurs.
+    """Return a number for each symbol of expressions, by the places where the symbol occurs.
 
     Parameters
     ----------
     expressions : sequence of sympy.Basic
-        Their own order does not matter.
+        The order of the expressions does not matter.
     first : iterable of sympy.Symbol
-        Symbols with a meaning of their own, such as the velocity; each has a colour of its own.
+        Symbols that cannot be exchanged, such as the velocity; each starts with its own colour.
     """
     nodes = _children_first(expressions)
     symbols = [node for node in nodes if node.is_Symbol]

@@ -17,8 +17,9 @@ from axisid.support.wording import quoted
 from .names import check_symbol, number, settle
 from .units import Unit, parse_unit
 
-#: Largest number of operations and operands in an expression: distinct ones, and with repetitions.
-MOST_NODES, _MOST_STANDING = 4000, 40_000
+#: Largest numbers of operations and operands in an expression: of different ones, and of all with
+#: repetitions.
+MOST_NODES, _MOST_REPEATED = 4000, 40_000
 
 T = TypeVar("T")
 
@@ -28,7 +29,7 @@ FORCE = sympy.Symbol("tau", real=True)
 CONTROL = sympy.Symbol("control", real=True)
 #: Friction direction: +1 and -1 while sliding, between them while stuck (Filippov).
 DIRECTION = sympy.Symbol("direction", real=True)
-#: Position and velocity in the force of a drive, which has no coordinate of its own.
+#: Position and velocity in the force of a drive, which does not know the axis's coordinate.
 POSITION = sympy.Symbol("axis_position", real=True)
 VELOCITY = sympy.Symbol("axis_velocity", real=True)
 
@@ -44,6 +45,7 @@ class Symbolic(ABC):
         """Return the SymPy symbol that this object represents."""
 
     def _sympy_(self) -> sympy.Symbol:
+        """Return the symbol, for SymPy's own conversion."""
         return self.symbol
 
     def __add__(self, other: Any) -> sympy.Expr:
@@ -83,7 +85,7 @@ Amount: TypeAlias = sympy.Expr | Symbolic | float
 
 @dataclass(frozen=True, slots=True)
 class Coordinate(Symbolic):
-    """The single degree of freedom.
+    """The single degree of freedom of an axis.
 
     Attributes
     ----------
@@ -156,13 +158,14 @@ class Parameter(Symbolic):
         Symbol and coherent SI unit, e.g. ``"Fv", "N/(m/s)"``.
     nominal : float
         A-priori value (CAD, data sheet), in `unit`. The instrumental-variable iteration starts
-        here, so the inertia needs one; friction and offsets may start from 0.
+        here, so the inertia needs a nominal value; friction and offsets may start from 0.
     lower, upper : float
         Physical bounds. An estimate outside is reported, never clipped.
     description : str
         A few words for tables.
     known : float or None
-        Its value if it is known independently of the record (weighed, from CAD); see `fix`.
+        Value that is known independently of the record (weighed, from CAD); see `fix`. None if the
+        value is unknown.
     known_sd : float
         Standard deviation of `known`, in `unit`; 0 if it is exact.
     """
@@ -193,15 +196,15 @@ class Parameter(Symbolic):
             *(
                 (
                     value is not None and not self.allows(value),
-                    f"{said} value {value!r} is outside its bounds [{self.lower!r}, "
+                    f"its {kind} value {value!r} is outside its bounds [{self.lower!r}, "
                     f"{self.upper!r}]. Correct the value or the bound",
                 )
-                for said, value in (("its nominal", self.nominal), ("its known", self.known))
+                for kind, value in (("nominal", self.nominal), ("known", self.known))
             ),
             (
                 self.known_sd < 0 or (self.known_sd > 0 and self.known is None),
-                f"the standard deviation of its known value is {self.known_sd!r}. Give 0 or more, "
-                "with a known value",
+                f"the standard deviation of its known value is {self.known_sd!r}. Give a number "
+                "of 0 or more, together with a known value",
             ),
             before=f"parameter {self.name!r}: ",
             code="axis",
@@ -222,7 +225,7 @@ class Parameter(Symbolic):
         return self.lower <= value <= self.upper
 
     def out_of_bounds(self, value: float) -> str:
-        """Return a clause that states that a value is at a bound or outside the bounds."""
+        """Return a clause on a value at a bound or outside the bounds, with value and bounds."""
         where = "at a bound of" if self.allows(value) else "outside its bounds"
         return f"{self.name} = {value:.6g} {self.unit} is {where} [{self.lower:g}, {self.upper:g}]"
 
@@ -230,28 +233,34 @@ class Parameter(Symbolic):
 def check_size(value: sympy.Expr, what: str) -> None:
     """Refuse an expression that is too large to be traversed repeatedly.
 
+    Parameters
+    ----------
+    value : sympy.Expr
+    what : str
+        Description of the expression, for messages.
+
     Raises
     ------
     ModelError
-        It has too many nodes or levels.
+        The expression has too many operations and operands, or too many levels.
     """
     different: set[sympy.Basic] = set()
     try:
-        for standing, node in enumerate(sympy.preorder_traversal(value)):
+        for count, node in enumerate(sympy.preorder_traversal(value)):
             different.add(node)
-            if standing >= _MOST_STANDING or len(different) > MOST_NODES:
+            if count >= _MOST_REPEATED or len(different) > MOST_NODES:
                 raise ModelError(
                     f"{what} has more than {MOST_NODES} different operations and operands, or "
-                    f"{_MOST_STANDING} including repetitions. Declare a smaller model, or declare "
+                    f"{_MOST_REPEATED} including repetitions. Declare a smaller model, or declare "
                     "repeated expressions as parameters.",
                     code="formula",
                 )
     except RecursionError as error:
-        raise ModelError(f"{what} is nested too deeply. Simplify it.") from error
+        raise ModelError(f"{what} is nested too deeply. Simplify the expression.") from error
 
 
 def expression(value: Amount, what: str) -> sympy.Expr:
-    """Return an amount as a SymPy expression; text is refused, because it could run code.
+    """Return an amount as a SymPy expression; refuse text, which SymPy would run as code.
 
     Parameters
     ----------
@@ -262,7 +271,7 @@ def expression(value: Amount, what: str) -> sympy.Expr:
     Raises
     ------
     ModelError
-        It is neither a number nor a SymPy expression, or too large.
+        The amount is neither a number nor a SymPy expression, or is too large.
     """
     if isinstance(value, Symbolic):
         return value.symbol
@@ -271,22 +280,32 @@ def expression(value: Amount, what: str) -> sympy.Expr:
         return value
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)
-    said, kind = quoted(value), type(value).__name__
-    said = said if said.endswith(f" {kind}") else f"{said} ({kind})"  # a text is not an expression
+    # Name the type, because a text may look like an expression.
+    given, kind = quoted(value), type(value).__name__
+    if not given.endswith(f" {kind}"):
+        given = f"{given} ({kind})"
     raise ModelError(
-        f"{what} is {said}. Give a number or a SymPy expression of "
+        f"{what} is {given}. Give a number or a SymPy expression of "
         "Parameter and Coordinate objects.",
         code="formula",
     )
 
 
 def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
-    """Return objects of one kind as a tuple; a single object becomes a tuple of one.
+    """Return objects of one class as a tuple; a single object becomes a tuple of length 1.
+
+    Parameters
+    ----------
+    values : object or iterable of objects
+    kind : type
+        Class that every object must have.
+    what : str
+        Beginning of the message, with its verb: ``the parameters contain``.
 
     Raises
     ------
     ModelError
-        One of them is of another kind.
+        An object is of another class.
     """
     found = several(values)
     for value in found:
@@ -307,18 +326,18 @@ MEASURED_POSITION = sympy.Symbol("measured_position", real=True)
 MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
 
 
-#: The output of a law within the drive's limit, which a memory may use, as for anti-windup.
+#: Output of a law, clipped at the drive's limit; a memory may use it, such as for anti-windup.
 LIMITED_OUTPUT = sympy.Symbol("limited_output", real=True)
 
 
-#: The output of a law before the drive's limit, which a memory may use. It is computed once, so
-#: that it equals `LIMITED_OUTPUT` to the last bit wherever the limit is not reached. The same
-#: expression written again is summed in another order, and differs by rounding.
+#: Output of a law before the drive's limit; a memory may use it. It is computed once, so that it
+#: equals `LIMITED_OUTPUT` to the last bit wherever the limit is not reached. The expression of the
+#: output, if written a second time, may be summed in another order and differ by rounding.
 UNLIMITED_OUTPUT = sympy.Symbol("unlimited_output", real=True)
 
 
-#: Start of a memory at which the law's output holds the axis where it starts, or is the first
-#: control of a record.
+#: Start value of a memory with which the law's output holds the axis at its initial position, or
+#: equals the first control of a record.
 BALANCED = sympy.Symbol("balanced", real=True)
 
 

@@ -1,8 +1,8 @@
 """Coherent SI units as exponents of metre, kilogram, second, ampere and kelvin.
 
-Inside the program every number is a plain SI float; a unit only labels it. The whitelist closes
-the traps of general unit parsers: `Nm` is a newton metre, and an angle is in radians, which SI
-counts as a number.
+Inside the program every number is a plain SI float; a unit only labels it. Only listed symbols are
+accepted, which avoids the ambiguities of general unit parsers: `Nm` is a newton metre, and an angle
+is in radians, which SI counts as a number.
 """
 
 import ast
@@ -17,7 +17,7 @@ from axisid.support.errors import ModelError
 from axisid.support.wording import quoted
 
 _BASE = ("kg", "m", "s", "A", "K")
-_Exponents = tuple[Fraction | int, ...]  # of `_BASE`
+_Exponents = tuple[Fraction | int, ...]  # one for each unit of `_BASE`
 
 _SYMBOLS: dict[str, _Exponents] = {
     "1": (0, 0, 0, 0, 0),
@@ -36,6 +36,7 @@ _SYMBOLS: dict[str, _Exponents] = {
 }
 _NONE: _Exponents = (0, 0, 0, 0, 0)
 _LONGEST = 60
+# A space or a parenthesis that multiplies.
 _JOINED = re.compile(r"(?<=[\w)])\s+(?=[\w(])|(?<=[\w)])(?=\()|(?<=\))(?=\w)")
 
 
@@ -67,7 +68,7 @@ class Unit:
         return self if power == 1 else _canonical(_combine(_NONE, self.exponents, power))
 
     def same_dimension(self, other: "Unit") -> bool:
-        """Return whether both measure the same kind of quantity."""
+        """Return whether another unit has the same exponents, and so measures the same quantity."""
         return self.exponents == other.exponents
 
 
@@ -81,35 +82,45 @@ def parse_unit(text: str) -> Unit:
     """
     if not isinstance(text, str) or not text.strip():
         raise ModelError(
-            f"a unit is a text such as 'kg' or 'N/(m/s)', not {quoted(text)}.", code="units"
+            f"the unit is {quoted(text)}. Give a text such as 'kg' or 'N/(m/s)'.", code="units"
         )
     if len(text) > _LONGEST:
-        raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")
+        raise ModelError(
+            f"the unit has {len(text)} characters. Write at most {_LONGEST} characters."
+        )
     return Unit(" ".join(text.split()), _exponents(text))
 
 
 def product_of_powers(powers: Iterable[tuple[str, int]]) -> Unit:
-    """Return the product of powers of units, of which there is at least one.
+    """Return the product of powers of units; a single unit with the power 1 stays as written.
 
-    A single unit with the power 1 stays as written.
+    Parameters
+    ----------
+    powers : iterable of (str, int)
+        Each unit as text with its power; at least one.
     """
     return reduce(operator.mul, (parse_unit(text) ** power for text, power in powers))
 
 
 def angle_power(unit: Unit) -> Fraction | int:
-    """Return the power of the radian in a unit as written.
+    """Return the power of the radian in a unit as written: 1 for ``rad/s``.
 
-    The exponents of the unit itself treat the radian as a number.
+    The exponents of a unit do not contain it, because SI counts the radian as a number.
     """
-    turned = {**_SYMBOLS, "rad": _SYMBOLS["K"]}
-    return _exponents(unit.text, turned)[-1] - unit.exponents[-1]
+    # Count the radian as a kelvin, and subtract the kelvins of the unit.
+    with_angles = {**_SYMBOLS, "rad": _SYMBOLS["K"]}
+    return _exponents(unit.text, with_angles)[-1] - unit.exponents[-1]
 
 
 def _exponents(text: str, symbols: Mapping[str, _Exponents] = _SYMBOLS) -> _Exponents:
-    """Return the exponents of the base units in a text, a product of powers; a space multiplies."""
+    """Return the exponents of the base units in a text, which is a product of powers of symbols.
+
+    A space multiplies. The text is read as a Python expression, node by node.
+    """
     marked = _JOINED.sub("*", text.strip()).replace("^", "**").replace("·", "*")
 
     def read(node: ast.AST) -> _Exponents:
+        """Return the exponents of a product, a quotient, a power or a symbol."""
         match node:
             case ast.BinOp(left=left, op=ast.Mult(), right=right):
                 return _combine(read(left), read(right), 1)
@@ -130,7 +141,10 @@ def _exponents(text: str, symbols: Mapping[str, _Exponents] = _SYMBOLS) -> _Expo
 
 
 def _power(node: ast.AST) -> Fraction | int:
-    """Return a power that is a two-digit whole number or a fraction of one-digit ones; else 0."""
+    """Return a power: a whole number of up to two digits, or a fraction of one-digit numbers.
+
+    It is 0 for any other text.
+    """
     written = ast.unparse(node)
     if re.fullmatch(r"-?\d{1,2}", written):
         return int(written)
@@ -146,15 +160,17 @@ def _canonical(exponents: _Exponents) -> Unit:
     """Return the unit of given exponents, with its text in base units."""
 
     def text(sign: int) -> str:
-        return " ".join(
-            base
-            if abs(power) == 1
-            else f"{base}^{power * sign}"
-            if Fraction(power).denominator == 1
-            else f"{base}^({power * sign})"
-            for base, power in zip(_BASE, exponents, strict=True)
-            if power * sign > 0
-        )
+        """Return the product of the base units whose exponents have the given sign."""
+        factors = []
+        for base, exponent in zip(_BASE, exponents, strict=True):
+            power = exponent * sign
+            if power == 1:
+                factors.append(base)
+            elif power > 0 and Fraction(power).denominator == 1:
+                factors.append(f"{base}^{power}")
+            elif power > 0:
+                factors.append(f"{base}^({power})")
+        return " ".join(factors)
 
     above, below = text(1) or "1", text(-1)
     if not below:
@@ -163,12 +179,20 @@ def _canonical(exponents: _Exponents) -> Unit:
 
 
 def _malformed(text: str, where: str) -> ModelError:
-    """Return the error for a unit that cannot be read at a part of its text."""
-    # Two symbols that were written as one, such as Ns; none where m may be a prefix.
+    """Return the error for a unit that cannot be read.
+
+    Parameters
+    ----------
+    text : str
+        The whole unit.
+    where : str
+        The part of the text that cannot be read.
+    """
+    # Suggest two symbols that were written as one, such as Ns; not if m may be the prefix milli.
     pairs = ((where[:k], where[k:]) for k in range(1, len(where)))
     known = (pair for pair in pairs if _SYMBOLS.keys() >= {*pair} and pair[0] not in ("1", "m"))
-    apart = " ".join(next(known, ()))
-    meant = f" Did you mean {text.replace(where, apart)!r}?" if apart else ""
+    separated = " ".join(next(known, ()))
+    meant = f" Did you mean {text.replace(where, separated)!r}?" if separated else ""
     return ModelError(
         f"the unit {text!r} cannot be read at {where!r}. Write a product of powers of "
         f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'.{meant}",

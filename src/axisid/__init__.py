@@ -2,8 +2,8 @@
 
 Declare an axis with `newton` or `lagrange` (or take one of the library with `load_axis`), read a
 record, choose a `Prefilter`, `identify`. Friction and loads are in `axisid.elements`, control laws
-in `axisid.control`; what results hold is in `axisid.modeling`, `axisid.codegen` and
-`axisid.estimation`. Names are imported when first used.
+in `axisid.control`. The types that results contain are in `axisid.modeling`, `axisid.codegen` and
+`axisid.estimation`. Names are imported when they are first used.
 """
 
 import lazy_loader

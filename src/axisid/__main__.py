@@ -1,6 +1,6 @@
-"""The command line, as ``axisid`` and ``python -m axisid`` start it.
+"""Entry point of the command line, for ``axisid`` and ``python -m axisid``.
 
-Its imports take most of a second, in which it may be interrupted like in any other.
+The imports take most of a second. Ctrl-C during the imports ends the program with exit code 130.
 """
 
 import atexit
@@ -12,7 +12,7 @@ try:
 except KeyboardInterrupt:
     sys.exit(130)
 
-# A process that ends need not search all that it has for cycles: 0.3 s of CPU.
+# Objects are not searched for cycles at the end of the process, which would take 0.3 s of CPU.
 atexit.register(gc.freeze)
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Candidate terms that `identify` and `fit` look for, and the table for your own candidates.
+"""Candidate terms of the force that `identify` and `fit` test, and the table for your own terms.
 
-A candidate is a `Term`: its name, the declaration to add, and its columns along a motion.
-``TERMS["ripple"] = Term(kind="ripple", ...)`` is looked for from then on.
+A candidate is a `Term`: its name, the declaration to add, and its regressor columns along a motion.
+After ``TERMS["ripple"] = Term(kind="ripple", ...)`` the term is tested too.
 
-In: a term. Out: the table of all. Knows nothing of how they are tested.
+In: a term. Out: the table of all terms. Knows nothing of how terms are tested.
 """
 
 from axisid.estimation.misspecification import TERMS as TERMS, Along as Along, Term as Term

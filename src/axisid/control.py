@@ -1,7 +1,7 @@
-"""Control laws: those that ship, and the parts for a user's own law.
+"""Control laws: the built-in laws, and the parts of a user's own law.
 
 In: gains, a period and the signals that a law reads. Out: `ControlLaw`.
-Knows nothing of the axis that it moves.
+Knows nothing of the axis that is controlled.
 """
 
 from axisid.modeling.declaration import (

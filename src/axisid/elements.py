@@ -1,7 +1,7 @@
-"""Friction, loads and drives: the parts of an axis.
+"""Friction, loads and drives: the elements of an axis.
 
-In: a parameter and its coordinate. Out: an expression in `tau = inertia * ddq + resistances`; a
-`Drive` makes `tau` of a control. Knows nothing of the axis that they become part of.
+In: a parameter and a coordinate. Out: an expression in `tau = inertia * ddq + resistances`, or a
+`Drive`, which gives `tau` for a control. Knows nothing of the axis that the elements belong to.
 """
 
 from axisid.modeling.declaration import (

@@ -1,7 +1,8 @@
-"""Targets of an export, a row for each.
+"""Targets of an export: languages of functions, and formats of tables.
 
-In: the result to write. Out: text. Knows nothing of the writers' imports: the command line reads
-the table for its help, and rows name their writers, which are imported when they write.
+In: the result to write. Out: text. Knows nothing of the modules that write: a target names its
+writer, which is imported when it writes, so that the command line can show the targets in its help
+without these imports.
 """
 
 from dataclasses import dataclass
@@ -16,14 +17,14 @@ class ExportTarget:
     Attributes
     ----------
     name : str
-        Its name, as in ``axisid export --to NAME``.
+        Name of the target, as in ``axisid export --to NAME``.
     writer : str
-        ``module:function`` that makes the text: from a `FeedForward` if there is a language;
-        otherwise from a `FittedAxis` and the names of methods.
+        ``module:function`` that returns the text. For a language its argument is a `FeedForward`;
+        for a table its arguments are a `FittedAxis` and the names of methods.
     language : str
         Name of the language in a sentence; empty for a table.
     one_method : bool
-        Whether a table holds one method only.
+        True for a table that can contain only one method.
     """
 
     name: str
@@ -32,12 +33,12 @@ class ExportTarget:
     one_method: bool = False
 
     def write(self, *source: Any) -> str:
-        """Return the text."""
+        """Return the text that the writer makes from its arguments, `source`."""
         return str(resolve_name(self.writer)(*source))
 
 
 _PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports"
-#: In the order of help and messages.
+#: All targets, in the order of help and messages.
 TARGETS = (
     ExportTarget(name="c", language="C99", writer=f"{_PRINTERS}.c:print_c99"),
     ExportTarget(

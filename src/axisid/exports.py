@@ -1,10 +1,11 @@
-"""Results for use elsewhere: feed-forward functions, and tables as JSON, TOML, CSV, LaTeX.
+"""Results for other programs: feed-forward functions, and tables as JSON, TOML, CSV, LaTeX.
 
-In: an identification or a file of one. Out: text. Knows nothing of records, and not how its text is
-run or shown.
+In: an identification or its file. Out: text. Knows nothing of records, and of how its text is run
+or shown.
 
-In tables, ``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent
-ones; intervals use the chosen covariance, ``interval_covariance``.
+In tables, ``sd_hac`` is the standard error that is consistent for autocorrelated residuals,
+``sd_iid`` the standard error for independent residuals. Intervals use the chosen covariance,
+``interval_covariance``.
 """
 
 import math
@@ -28,12 +29,12 @@ _HEADER = (
     "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "
     "interval_covariance"
 ).split()
-_PLAIN = (1e-4, 1e6)  # values outside are written with a power of ten
+_PLAIN = (1e-4, 1e6)  # values outside of this range are written with a power of ten
 _LEAST_POWER = -300
 
 
 def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """Return the parameters by method and name, and their origin, as JSON."""
+    """Return the parameters by method and name, and their origin, as JSON text."""
     return json_text(
         {
             "schema": "axisid.parameters/1",
@@ -61,7 +62,7 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """Return one row for each method and parameter as CSV."""
+    """Return CSV text with one row for each method and parameter."""
     rows: list[Sequence[object]] = [_HEADER]
     for method in methods:
         for name, v in fitted.values(method).items():
@@ -81,8 +82,8 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
         lines = ["# Base parameters. The axis is declared in others, so its table stays unchanged."]
     else:
         lines = [
-            "# Replaces the table [parameters] of the axis's declaration. The nominal values are "
-            "the identified ones.",
+            "# This table replaces that of the same name in the axis's declaration. The nominal "
+            "values are the identified ones.",
             "[parameters]",
         ]
         lines += [_declared(p, estimate[p.name]) for p in fitted.model.axis.parameters]
@@ -112,27 +113,30 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
 def _declared(parameter: Parameter, v: Value) -> str:
     """Return the line of a declared parameter, with the estimate as its nominal value.
 
-    A bound that the estimate violates is omitted and named in a comment.
+    A declared bound that the estimate violates is omitted and named in a comment.
     """
     nominal = v.corrected
     fields = {"unit": toml_text(parameter.unit), "nominal": repr(nominal)}
-    said = ""
-    for bound, limit, kept in (
+    comment = ""
+    for bound, limit, is_kept in (
         ("lower", parameter.lower, parameter.lower <= nominal),
         ("upper", parameter.upper, nominal <= parameter.upper),
     ):
-        if not kept:
-            said = f"  # outside its bound {bound} = {limit!r}"
+        if not is_kept:
+            comment = f"  # outside its bound {bound} = {limit!r}"
         elif math.isfinite(limit):
             fields[bound] = repr(limit)
     if parameter.description:
         fields["description"] = toml_text(parameter.description)
-    listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
-    return f"{parameter.name} = {{ {listed} }}{said}"
+    members = ", ".join(f"{key} = {value}" for key, value in fields.items())
+    return f"{parameter.name} = {{ {members} }}{comment}"
 
 
 def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """Return a LaTeX ``tabular`` of values and standard errors, which needs no package."""
+    """Return a LaTeX ``tabular`` of values and standard errors, which needs no LaTeX package.
+
+    A parameter whose value is corrected for a bias has a second line with the corrected values.
+    """
     estimates = [fitted.values(method) for method in methods]
     header = ["", "unit", *(method.upper() for method in methods)]
     chosen = dict.fromkeys(COVARIANCES[v.chosen].label for e in estimates for v in e.values())
@@ -160,18 +164,27 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def scaled(value: Value, *figures: float) -> str:
-    r"""Return figures of a value, with two digits of its standard error, as ``95.17 \pm 0.24``.
+    r"""Return numbers as LaTeX, such as ``95.17 \pm 0.24``, with two digits of the standard error.
 
-    Very large or small values have a power of ten.
+    Very large or small numbers have a power of ten.
+
+    Parameters
+    ----------
+    value : Value
+        Value whose size and standard error determine the digits and the power of ten.
+    *figures : float
+        Numbers to be written, joined by ``\pm``.
     """
     size, power = max(abs(value.value), value.deviation), 0
     if size and not _PLAIN[0] <= size < _PLAIN[1]:
         power = max(math.floor(math.log10(size)), _LEAST_POWER)
     sd = value.deviation / 10.0**power
     places = decimals(sd) if sd > 0 else 6
-    told = r" \pm ".join(f"{figure / 10.0**power:.{places}f}" for figure in figures)
-    whole = f"({told})" if len(figures) > 1 else told
-    return rf"{whole} \cdot 10^{{{power}}}" if power else told
+    text = r" \pm ".join(f"{figure / 10.0**power:.{places}f}" for figure in figures)
+    if not power:
+        return text
+    factor = f"({text})" if len(figures) > 1 else text
+    return rf"{factor} \cdot 10^{{{power}}}"
 
 
 def export(
@@ -190,27 +203,27 @@ def export(
     result : Identification, SavedIdentification, str or Path
         Result, or the file that ``axisid identify --json`` wrote.
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
-        Format, one of `TARGETS`. The first three are functions from the motion to force and to
-        control: C99 with <math.h> only, IEC 61131-3 Structured Text, plain Python for numbers and
-        arrays.
+        Format, one of `TARGETS`. The first three are two functions, which compute the force for a
+        motion and the control for a force: C99 with <math.h> only, IEC 61131-3 Structured Text,
+        plain Python for numbers and arrays.
     axis : Axis, str or Path, optional
-        The axis that was identified, or an argument of `load_axis`; needed for a file of an axis
-        outside the library.
+        The axis that was identified, or an argument of `load_axis`; needed for the file of a result
+        whose axis is not in the library.
     method : str, optional
-        Method whose estimate is exported. By default the one that the verdict judges (``idm-iv`` if
-        there is one); JSON, CSV and LaTeX then contain all methods.
+        Method whose estimate is exported. By default the method that the verdict judges (``idm-iv``
+        if the result has it); JSON, CSV and LaTeX then contain all methods.
     dead_zone : float
         Speed up to which the functions use the friction direction 0, in the coordinate's unit per
-        second. If it is 0, the direction is 0 at rest only.
+        second. If it is 0, the direction is 0 at standstill only.
     record : int, optional
-        Number of one of several records, from 1, whose own parameters (`local`, or known for it)
-        are exported with the common ones. Needed if records have parameters of their own.
+        Number of a record, from 1. The parameters with a separate or known value for each record
+        have their values for this record. Needed if there are such parameters.
 
     Raises
     ------
     UsageError
-        There is no such target or method, or the axis is not known or not the one that was
-        identified.
+        The target or the method does not exist, or the axis is missing or differs from the axis
+        that was identified.
     DataError
         The file is not the result of an identification.
     """
@@ -230,15 +243,17 @@ def export(
         ),
         (
             is_real(dead_zone) and dead_zone and not target.language,
-            f"a dead zone applies to {languages} only, not to {to}. Omit it",
+            f"a dead zone applies to {languages} only, not to {to}. Omit the dead zone",
         ),
     )
     fitted = fitted_axis(result, axis, record)
     chosen = (fitted.result.preferred if method is None else fitted.result[method]).method
     if target.language:
         return target.write(_feed_forward(fitted, chosen, dead_zone))
-    every = method is None and not target.one_method
-    return target.write(fitted, [*fitted.result.estimates] if every else [chosen])
+    methods = [chosen]
+    if method is None and not target.one_method:
+        methods = [*fitted.result.estimates]
+    return target.write(fitted, methods)
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:
@@ -258,6 +273,8 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
     for p in axis.parameters:
         value = estimate[p.name]
         interval = range_text(*value.interval, " to ", digits=6)
-        said = f"{p.unit}, +- {value.deviation:.3g}, {interval} (95 %)"
-        comments[p.name] = (value.corrected, f"{said}, {p.description}" if p.description else said)
+        comment = f"{p.unit}, +- {value.deviation:.3g}, {interval} (95 %)"
+        if p.description:
+            comment = f"{comment}, {p.description}"
+        comments[p.name] = (value.corrected, comment)
     return feed_forward(fitted.model, comments, about, dead_zone)

@@ -1,12 +1,12 @@
-"""The paper's study on its twin: both filters, all four methods, tables 1 to 8, figures 3 and 4.
+"""Study of Brunot et al. (SYSID 2015) on a twin: two filters, four methods, tables and figures.
 
-In: nothing, or its record. Out: its tables next to ours, figures, files. Knows nothing of other
-records, and of the command line.
+In: nothing, or the number of twins. Out: published tables next to the tables of the twin, figures,
+files. Knows nothing of other records, and of the command line.
 
-The published figures are shown next to the twin's. The twin has the paper's parameters, gains and
-noise; its motion and its velocity sensor are ours, so the two agree qualitatively, not digit by
-digit. The published tables are from one record and one noise; for many twins, bias, scatter and
-coverage under both filters are given with their Monte-Carlo errors.
+The twin has the parameters, gains and noise of the paper. Its motion and its velocity sensor are
+not published, so they differ, and the numbers agree qualitatively, not digit by digit. The
+published tables are from one record with one noise. For many twins, bias, scatter and coverage
+under both filters are given with their Monte-Carlo errors.
 """
 
 import tomllib
@@ -61,7 +61,7 @@ _NOTES = (
     "derivative, filter or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 instead of "
     "0.01, 2.32, 0.23.",
 )
-#: Files that `write_study` writes, with the kind of each.
+#: Files that `write_study` writes, with their kind as in `kinds_of`.
 STUDY_FILES = {
     "tables.txt": "paper",
     "appropriate.json": "identify",
@@ -69,9 +69,9 @@ STUDY_FILES = {
     "figure3.png": "figure",
     "figure4.png": "figure",
 }
-#: The filters by name, as in the names of files.
+#: The filters by name; the name is part of the names of files.
 FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
-#: Files that `write_distributions` writes, with the kind of each.
+#: Files that `write_distributions` writes, with their kind as in `kinds_of`.
 DISTRIBUTION_FILES = {
     "distributions.txt": "paper-distributions",
     **{f"distributions_{name}.json": "study" for name in FILTERS},
@@ -79,7 +79,7 @@ DISTRIBUTION_FILES = {
 
 
 def run_study(progress: Progress | None = None) -> dict[str, Identification]:
-    """Return the paper's four estimates of the twin of `emps2015`, by name of the filter."""
+    """Return the identification of the twin of `emps2015` by four methods, by filter name."""
     axis = build(load_axis("emps2015"))
     record = twin_record(axis)
     filters = with_progress(FILTERS.items(), progress, lambda f: f"filter of {f[1].cutoff:g} Hz")
@@ -87,20 +87,20 @@ def run_study(progress: Progress | None = None) -> dict[str, Identification]:
 
 
 def study_document(study: Mapping[str, Identification]) -> Document:
-    """Return the paper's tables in order, each with the published figures next to the twin's."""
+    """Return tables 1 to 8, each with the published numbers next to the numbers of the twin."""
     record = study["appropriate"].record
     made = f"{record.provenance.source}, {len(record)} samples of {1e3 * record.period:g} ms"
     true, axis = record.provenance.truth, study["appropriate"].axis.axis
-    said = ", ".join(f"{p.name} = {true[p.name]:g} {p.unit}" for p in axis.parameters)
+    values = ", ".join(f"{p.name} = {true[p.name]:g} {p.unit}" for p in axis.parameters)
     return (
-        paragraph(made, f"true values: {said}"),
+        paragraph(made, f"true values: {values}"),
         *(study_table(study, number) for number in range(1, 9)),
         paragraph(*_NOTES),
     )
 
 
 def study_table(study: Mapping[str, Identification], number: int) -> TableBlock:
-    """Return one of the paper's tables, 1 to 8, with the published figures next to the twin's."""
+    """Return a table of the paper, number 1 to 8, with published numbers next to the twin's."""
     text = (resources.files("axisid") / "published.toml").read_text(encoding="utf-8")
     published = tomllib.loads(text)
     (table,) = (t for each in published.values() for t in each if t["number"] == number)
@@ -127,7 +127,7 @@ def write_study(study: Mapping[str, Identification], folder: Path) -> list[Path]
 
 
 def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> TableBlock:
-    """Return a table of estimates of several methods, next to the published ones.
+    """Return a table of the estimates of several methods, next to the published estimates.
 
     `table` is the published table, from ``published.toml``.
     """
@@ -145,7 +145,7 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
         )
         rows.append((name, first.unit, *cells))
     if errors := table["errors"]:
-        # The only possible meaning of the published ones: simulated for IV, of the equation for LS.
+        # The only possible meaning of the published errors: simulation for IV, equation for LS.
         own = (
             each.simulation_error_percent if each.iterates else each.equation_error_percent
             for each in estimates
@@ -168,7 +168,7 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
 
 
 def _with_published(value: Value, paper: float, paper_sd: float | None = None) -> QuantityCell:
-    """Return a value with its relative standard error, and the published ones."""
+    """Return a value and its relative standard error, next to the published ones if given."""
     published = [f"{paper:g}", *([] if paper_sd is None else [f"{paper_sd:g} %"])]
     return QuantityCell(
         _significant(value.value), f"{value.relative_sd_percent:.1f} %", tuple(published)
@@ -176,7 +176,7 @@ def _with_published(value: Value, paper: float, paper_sd: float | None = None) -
 
 
 def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> TableBlock:
-    """Return a table of the iterations of one method, next to the published ones.
+    """Return a table of the iterations of one method, next to the published iterations.
 
     `table` is the published table, from ``published.toml``.
     """
@@ -189,7 +189,7 @@ def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> T
     lines = [*labels, "error [%]"]
     ours = [[*map(_significant, (*i.theta, i.simulation_error_percent))] for i in estimate.iterates]
     papers = [[f"{figure:g}" for figure in step] for step in published]
-    # In parallel columns; empty after the end of one of them.
+    # Two columns for each iteration; the shorter of the two lists is filled with empty columns.
     steps = [*zip_longest(ours, papers, fillvalue=[""] * len(lines))]
     columns = (
         TableColumn(head, group=str(step))
@@ -204,19 +204,19 @@ def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> T
 
 
 def _significant(value: float) -> str:
-    """Return four significant digits, never in exponent form for table-sized numbers."""
+    """Return a number with four significant digits, as text."""
     return f"{value:#.4g}".rstrip(".") if value else "0"
 
 
 def run_distributions(
     runs: int, *, seed: int = 1, jobs: int = 1, progress: Progress | None = None
 ) -> dict[str, MonteCarlo]:
-    """Return a Monte-Carlo study of `emps2015` by the paper's methods, by name of the filter.
+    """Return the Monte-Carlo study of `emps2015` by four methods, by name of the filter.
 
     Parameters
     ----------
     runs : int
-        Number of twins, which are the same under both filters.
+        Number of twins, which are the same for both filters.
     seed, jobs
         As in `monte_carlo`.
     progress : callable, optional

@@ -1,9 +1,10 @@
-"""Logs of twins: of one machine, or of many whose true values scatter and drift from day to day.
+"""Logs of twins: of one machine, or of many machines whose true values scatter and drift.
 
 A twin is a simulated machine with known true values.
 
 In: an axis, a description of its twins. Out: logs that `read_record` reads without options, a
-manifest with the truth. Knows nothing of the identification of a log, and of the command line.
+manifest with the true values. Knows nothing of the identification of a log, and of the command
+line.
 """
 
 import math
@@ -30,12 +31,12 @@ from axisid.support.progress import Progress, with_progress
 from axisid.support.wording import quoted
 
 _FIRST_DAY = date(2026, 1, 1)
-_MOST = 1_000_000  # machines: the noise of each day is that of runs from this number on
+_MOST = 1_000_000  # machines; the noise of machine i on day d has the number i + _MOST * d
 _MOST_DAYS = 10_000
-_VALUES = 100  # of the random numbers of a machine, in addition to those of its noise
-#: Kind of the file of a twin's log.
+_VALUES = 100  # last part of the key of the random numbers for a machine's true values
+#: Text in a log that identifies it as the log of a twin.
 MARK = "axisid.twin/1"
-#: Name in the folder of the logs; `fleet` reads it.
+#: Name of the manifest in the folder of the logs, which `fleet` reads.
 MANIFEST = "manifest.csv"
 
 
@@ -50,22 +51,22 @@ class TwinMachines:
     count, days : int
         Number of machines, and of days.
     scatter : mapping of str to float
-        By parameter, the relative standard deviation between machines, at most 1; by ``""`` that of
-        all others.
+        Relative standard deviation of a true value between machines, at most 1, by parameter. The
+        entry ``""`` applies to all other parameters.
     drift : mapping of str to float
-        By parameter, its relative change per day, at most 1. Its sign must not change until the
-        last day.
+        Relative change of a true value per day, at most 1, by parameter. The true value must keep
+        its sign until the last day.
     noise : Chain or None
-        Noise of the measurements; None uses that of the experiment.
+        Noise of the measurements; None for the noise of the experiment.
     seed : int
-        Seed of all: adding machines and days changes no existing ones.
+        Seed of all random numbers. Further machines and days do not change existing logs.
     sample_period : float or None
-        Sample period of the logs, s; by default that of the law.
+        Sampling period of the logs, s; None for the period of the control law.
 
     Raises
     ------
     UsageError, ModelError
-        A value is impossible.
+        An attribute is outside of its range, or names no parameter.
     """
 
     axis: GeneratedAxis
@@ -95,15 +96,16 @@ class TwinMachines:
             code="twin",
         )
         true = self.true_values
+        # Each share with the true values to which it may apply, by parameter.
         shares = [("scatter", *each, {"": 1.0, **true}) for each in self.scatter.items()]
         shares += [("drift", *each, true) for each in self.drift.items()]
-        for what, name, share, of in shares:
+        for what, name, share, values in shares:
             is_share = is_real(share) and abs(share) <= 1 and (share >= 0 or what == "drift")
             refuse(
                 UsageError,
                 (
-                    name not in of,
-                    f"the axis has no such parameter. Its parameters are {', '.join(true)}",
+                    name not in values,
+                    f"the axis has no parameter of this name. Give one of {', '.join(true)}",
                 ),
                 (not is_share, "give a share of the value, at most 1, such as 0.02 for 2 %"),
                 (
@@ -111,8 +113,9 @@ class TwinMachines:
                     f"the value reaches 0 by day {self.days}. Give a smaller share, or fewer days",
                 ),
                 (
-                    is_share and share and not of.get(name),
-                    "its true value is 0. Give another true value, or omit this share",
+                    is_share and share and not values.get(name),
+                    "the true value is 0, so a share of it has no effect. Give another true value, "
+                    "or omit this share",
                 ),
                 before=f"the {what} of {name or 'all'} is {quoted(share)}: ",
                 code="twin",
@@ -121,14 +124,14 @@ class TwinMachines:
 
     @property
     def true_values(self) -> dict[str, float]:
-        """Return the true values about which the machines scatter, by declared parameter, SI."""
+        """Return the true values before scatter and drift, by declared parameter, SI."""
         plan = twin_plan(self.axis, sample_period=self.sample_period)
         return {p.name: plan.true_values[p.name] for p in self.axis.declared.parameters}
 
     def truth(self, machine: int, day: int) -> dict[str, float]:
-        """Return the true values of a machine on a day, both from 0.
+        """Return the true values of a machine on a day, SI; machine and day are numbered from 0.
 
-        A value that scatters is log-normal, so that it keeps its sign.
+        The factor of the scatter is log-normal, so that a value keeps its sign.
         """
         child = np.random.SeedSequence(self.seed, spawn_key=(machine, _VALUES))
         true = self.true_values
@@ -143,7 +146,7 @@ class TwinMachines:
         }
 
     def record(self, machine: int, day: int) -> Record:
-        """Return the log of a machine on a day, both numbered from 0.
+        """Return the record of a machine on a day; machine and day are numbered from 0.
 
         Raises
         ------
@@ -160,7 +163,7 @@ class TwinMachines:
         return replace(made, provenance=replace(made.provenance, source=source))
 
     def date(self, day: int) -> str:
-        """Return the date of the logs of a day; empty if there is only one day."""
+        """Return the date of a day, as ``2026-01-01``; empty if there is only one day."""
         return (_FIRST_DAY + timedelta(days=day)).isoformat() if self.days > 1 else ""
 
     def serial(self, machine: int) -> str:
@@ -178,9 +181,9 @@ def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
     """
     units = {parameter.name: parameter.unit for parameter in axis.parameters}
     truth = record.provenance.truth
-    told = ", ".join(f"{name} = {truth[name]:.9g} {unit}" for name, unit in units.items())
+    values = ", ".join(f"{name} = {truth[name]:.9g} {unit}" for name, unit in units.items())
     return log_content(
-        record.channels(), axis, MARK, f"{record.provenance.source}; true values {told}", file
+        record.channels(), axis, MARK, f"{record.provenance.source}; true values {values}", file
     )
 
 
@@ -193,14 +196,14 @@ def write_twin(machines: TwinMachines, file: str | Path) -> Path:
     ----------
     machines : TwinMachines
     file : str or Path
-        Ends in ``.csv`` or ``.parquet``, which needs pyarrow.
+        File that ends in ``.csv``, or in ``.parquet``, which needs pyarrow.
 
     Raises
     ------
     UsageError
         The ending is another one, or the file cannot be written.
     AxisidError
-        The twin cannot be simulated, or its axis's columns cannot be written.
+        The twin cannot be simulated, or the columns of its axis cannot be written.
     """
     path = Path(file)
     return write_file(path, twin_content(machines.record(0, 0), machines.axis.declared, path))
@@ -220,9 +223,9 @@ def write_twins(
     ----------
     machines : TwinMachines
     folder : str or Path
-        May be new.
+        Folder of the logs, which is created if it does not exist.
     axis : str, optional
-        Axis in the manifest: a name of the library, or its file.
+        Axis in the manifest: a name in the library, or its file.
     ending : str
         ``.csv`` or ``.parquet``.
     progress : callable, optional
@@ -253,14 +256,14 @@ def write_twins(
                 rows.append(
                     {
                         "log": name,
-                        "axis": _from(place, axis),
+                        "axis": _relative_axis(place, axis),
                         "serial": machines.serial(machine),
                         **({"date": machines.date(day)} if machines.days > 1 else {}),
                         **{f"true {n} [{units[n]}]": value for n, value in true.items()},
                     }
                 )
-            # The manifest has the true values of these logs: the two are written before either is
-            # put in its place, so that a full disk leaves earlier logs with their own manifest.
+            # The manifest has the true values of these logs. All are written to a temporary folder
+            # and then moved, so that earlier logs keep their manifest if the disk is full.
             replace_file(Path(made, MANIFEST), csv_text([rows[0], *(row.values() for row in rows)]))
             for name in (*names, MANIFEST):
                 os.replace(Path(made, name), place / name)
@@ -270,12 +273,12 @@ def write_twins(
 
 
 def twin_files(machines: TwinMachines, ending: str) -> dict[str, str]:
-    """Return the files that `write_twins` writes into its folder, with the kind of each."""
+    """Return the files that `write_twins` writes, by name, with their kind as in `kinds_of`."""
     return {MANIFEST: "twin-manifest", **dict.fromkeys(_log_names(machines, ending), "twin")}
 
 
 def _log_names(machines: TwinMachines, ending: str) -> dict[str, tuple[int, int]]:
-    """Return the name of every log, with its machine and its day."""
+    """Return machine and day of every log, numbered from 0, by the name of the log."""
     axis = machines.axis.axis.name
     return {
         "-".join(filter(None, (axis, machines.serial(machine), machines.date(day)))) + ending: (
@@ -287,13 +290,13 @@ def _log_names(machines: TwinMachines, ending: str) -> dict[str, tuple[int, int]
     }
 
 
-def _from(folder: Path, axis: str) -> str:
-    """Return the name of an axis for a manifest; that of a file is relative to a folder."""
+def _relative_axis(folder: Path, axis: str) -> str:
+    """Return the axis for a manifest in a folder: a name, or the path of a file from the folder."""
     file, variable = axis_file(axis)
     if file.suffix not in (".py", ".toml"):
         return axis
     try:
-        told = os.path.relpath(file.resolve(), folder)
+        path = os.path.relpath(file.resolve(), folder)
     except ValueError:  # on another drive of Windows
-        told = str(file.resolve())
-    return f"{told}:{variable}" if variable else told
+        path = str(file.resolve())
+    return f"{path}:{variable}" if variable else path

@@ -48,7 +48,7 @@ def test_options_reach_the_fit(run: Run, log: Path) -> None:
         (
             "emps2015",
             "--bound M=90..100 --fix M=120",
-            "'M' is fixed, so that there is nothing to",
+            "'M' has both a fixed value and a bound",
         ),
         ("emps2015", "--horizon 1", "axisid fit --output open-loop"),
         # Before the axis is derived:
@@ -77,7 +77,7 @@ def test_a_fit_is_read_back_as_it_was_written(
     run("fit", "emps2015", log, "--json", file, "--report", page)
     saved = load_result(file)
     assert isinstance(saved, SavedOutputFit)
-    with refuses("figure", says="no rows, samples or runs, which the figure needs"):
+    with refuses("figure", says="the figure needs rows, samples or runs"):
         saved.plot("")
     assert saved.to_dict().items() <= json.loads(file.read_text()).items()
     found = fit(emps2015, read_record(log, emps2015))

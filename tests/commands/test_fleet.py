@@ -21,7 +21,7 @@ def test_a_fleet_is_identified_resumed_and_followed(run: Run, tmp_path: Path) ->
     assert code == 6
     assert "2 identified, 1 without a result" in out
     assert err == "axisid: 1 of 3 logs has no result. The reasons are above and in fleet.jsonl.\n"
-    assert "2 kept from before, 1 without a result" in run(*words, *method, "--resume")[1]
+    assert "2 kept from an earlier run, 1 without a result" in run(*words, *method, "--resume")[1]
     code, out, err = run("trend", str(tmp_path / "out"), "--json", "-")
     assert (code, err) == (0, "")
     assert json.loads(out)["series"][0]["results"] == ["axis00000", "axis00001"]
@@ -55,4 +55,4 @@ def test_ctrl_c_tells_how_a_fleet_goes_on(
     monkeypatch.setattr(command.stages, "fleet", interrupted)
     code, _, err = run("fleet", "a.csv", "--axis", AXIS)
     assert code == 130
-    assert err.startswith("axisid: finished logs are in results; continue with --resume\n") is begun
+    assert ("results of the finished logs are in results. Run" in err) is begun

@@ -105,7 +105,7 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
     ("arguments", "said"),
     [
         (["--truth", "M"], "NAME=VALUE"),
-        (["--truth", "mass=3"], "The parameters are M, Fv, Fc"),
+        (["--truth", "mass=3"], "declared parameters: M, Fv, Fc"),
         (["--correlation-time", "0.1"], "--control-noise"),
         (["--position-noise", "-1"], "0 or more"),
         (["--output", "runs.csv"], ".npz or .parquet"),

@@ -62,7 +62,7 @@ def test_only_logs_of_twins_are_written_over(run: Run, refused: Refused, tmp_pat
         (["--output", "t.csv", "--scatter", "2%"], "--scatter has no effect without --count"),
         (["--output", "logs", "--count", "2", "--drift", "M=1%"], "no effect without --days"),
         (["--output", "logs", "--count", "2", "--scatter", "M=x"], "Write NAME=SHARE"),
-        (["--output", "logs", "--count", "2", "--scatter", "m=1%"], "no such parameter"),
+        (["--output", "logs", "--count", "2", "--scatter", "m=1%"], "no parameter of this name"),
         (["--output", "logs", "--count", "2", "--scatter", "1e9%"], "a share of the value"),
         (["--output", "t.csv", "--speed", "0.1"], "--acceleration"),
         (["--output", "t.csv", "--repeat", "2"], "no effect without --speed"),

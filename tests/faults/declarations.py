@@ -233,7 +233,7 @@ _NO_NUMBER = (
         name="a force beside which no drive counts",
         make=_newton("identify", "1e300*c*exp(q)", c=1.0),
         code=6,
-        says=r"its force is 1e\+300 N m at rest at q = 0 rad .* see the term 1\S*c\*exp\(q\)\.",
+        says=r"its force is 1e\+300 N m at rest at q = 0 rad .* See the term 1\S*c\*exp\(q\)\.",
     ),
 )
 
@@ -382,7 +382,7 @@ FAULTS += (
         name="number too small for a float",
         make=_shown("(x*1e-17)**20"),
         code=4,
-        says=r"a number in it is too large or too small for a float",
+        says="a number in the expression is too large or too small for a float",
     ),
     Fault(
         name="parameters lost beside a large power",

@@ -131,7 +131,7 @@ FAULTS: tuple[Fault, ...] = (
         name="a force at a place that the axis never reaches",
         make=_asked("identify", _FAR, "--method", "idm-iv"),
         code=6,
-        says=r"does not show P[,:] .*make a parameter in N about \S+ and its nominal value is 10",
+        says=r"does not show P[,:] .*parameter in N is about \S+ and its nominal value is 10",
     ),
     Fault(
         name="a term that no cut-off shows",
@@ -221,7 +221,7 @@ MISUSES: tuple[Misuse, ...] = (
             methods="ddm-ls",
         ),
         error=EstimationError,
-        says=r"leave it out \(leave_out\(axis, \"Fs\"\)\)\.",
+        says=r"leave the parameter out \(leave_out\(axis, \"Fs\"\)\)\.",
     ),
     Misuse(
         name="a place beyond the motion without a nominal value",
@@ -347,7 +347,7 @@ MISUSES += (
         name="Coulomb friction that drives the axis",
         call=lambda: _simulated([6.0, 14.0, -7.0]),
         error=EstimationError,
-        says="the friction of axis 'carriage' drives it",
+        says="the friction of axis 'carriage' drives the axis",
     ),
     Misuse(
         name="a parameter below its bound",
@@ -359,7 +359,7 @@ MISUSES += (
         name="a period that is far from the law's",
         call=lambda: _simulated([6.0, 14.0, 7.0], period=1.0),
         error=UsageError,
-        says="the control law is evaluated every 0.001 s; give one that is at most 400 times",
+        says=r"the control law is evaluated every 0\.001 s\. .*at most 400\. Give the sampling",
     ),
     Misuse(
         name="a loop that runs away",

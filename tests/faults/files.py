@@ -238,27 +238,32 @@ _ROWS: tuple[tuple[str, tuple[object, ...], int, str], ...] = (
         "a folder of code that is a loop of links",
         ("generate", "emps2015", "--output", _loop("loop")),
         2,
-        "neither a folder nor",
+        "no folder can be created there",
     ),
     ("a loop of links as the target", (*_IDENTIFY, "--json", _loop("l")), 2, "points to itself"),
     (
         "a folder of code without a name",
         ("generate", "emps2015", "--output", ""),
         2,
-        "neither a folder nor",
+        "no folder can be created there",
     ),
     (
         "a folder of results without a name",
         ("fleet", write_log, "--output", ""),
         2,
-        "neither a folder nor",
+        "no folder can be created there",
     ),
-    ("a folder of tables without a name", ("paper", "--output", ""), 2, "neither a folder nor"),
+    (
+        "a folder of tables without a name",
+        ("paper", "--output", ""),
+        2,
+        "no folder can be created there",
+    ),
     (
         "a folder of figures that is a loop",
         (*_ON_LOG, "--figures", _loop("loop"), "--json", "r.json"),
         2,
-        "neither a folder nor",
+        "no folder can be created there",
     ),
     # Options that would be ignored.
     (

@@ -108,7 +108,7 @@ _OF_A_LOG = (
     ("window backwards", ("--window", "3..1"), 2, "does not end after it begins"),
     ("window of no number", ("--window", "nan.."), 2, "Give two times of the log"),
     ("window of words", ("--window", "a..b"), 2, "FROM..TO in seconds"),
-    ("window beside the log", ("--window", "100..200"), 3, "The time of the log is 0 to 7.8 s"),
+    ("window beside the log", ("--window", "100..200"), 3, "The times of the log are 0 to 7.8 s"),
     (
         "windows that overlap",
         ("--window", "1..3", "--window", "2..4"),
@@ -129,7 +129,7 @@ _OF_A_LOG = (
         "offset of another kind",
         ("--columns", "position=position:counts*360deg/4096+0.2kg"),
         2,
-        "an offset in kg does not add to rad",
+        "an offset in kg cannot be added to rad",
     ),
     (
         "unknown unit",
@@ -149,21 +149,21 @@ _OF_A_LOG = (
 _SHIFTS = (
     ("shift by a part", {"control": 1.5}, 3, "Give a whole number.*--resample auto"),
     ("shift of the time", {"time": 1}, 3, "shift: 'time' cannot be shifted"),
-    ("shift of no column", {"wheel": 1}, 3, "shift.wheel: there is no such key"),
+    ("shift of no column", {"wheel": 1}, 3, "shift.wheel: the key is unknown"),
     ("shift beyond the log", {"control": 99999}, 3, "is 99999 of 7801 samples"),
     ("shift in kilograms", {"control": "1kg"}, 3, "or a time with its unit, such as 2ms"),
 )
 #: The same of two logs.
 _OF_TWO = (
     ("local of no parameter", ("--local", "wheel"), "no parameter 'wheel'.*has M, Fv, Fc"),
-    ("too few known values", ("--known", "M=1"), "there are 2 records; give one value for each"),
+    ("too few known values", ("--known", "M=1"), "there are 2 records. Give one value for each"),
     (
         "too many known values",
         ("--known", "M=1,2,3"),
-        "there are 2 records; give one value for each",
+        "there are 2 records. Give one value for each",
     ),
     ("known words", ("--known", "M=a,b"), "number 1 is not a number"),
-    ("local and known", ("--local", "Fc", "--known", "Fc=1,2"), "leave one of the two out"),
+    ("local and known", ("--local", "Fc", "--known", "Fc=1,2"), "'Fc' is local.*known values"),
 )
 
 FAULTS: list[Fault] = [

@@ -160,23 +160,47 @@ def _masked_position() -> Any:
 
 
 _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
-    ("no threads", _many(threads=0), "the threads are 0; give a whole number from 1 to 1024"),
-    ("a million threads", _many(threads=10**6), "the threads are 1000000; give a whole number"),
-    ("threads as a float", _many(threads=1e6), r"the threads are 1000000\.0; give a whole"),
-    ("half a thread", _many(threads=2.5), r"the threads are 2\.5; give a whole number"),
-    ("threads as a truth value", _many(threads=True), "the threads are True; give a whole"),
-    ("no resolution", _one(resolution=None), "the resolution is None; give 0 or more"),
-    ("no resolution of a batch", _many(resolution=None), "the resolution is None; give 0 or more"),
-    ("an endless resolution", _one(resolution=np.inf), "the resolution is inf; give 0 or more"),
+    (
+        "no threads",
+        _many(threads=0),
+        "the number of threads is 0. Give a whole number from 1 to 1024",
+    ),
+    (
+        "a million threads",
+        _many(threads=10**6),
+        "the number of threads is 1000000. Give a whole number",
+    ),
+    (
+        "threads as a float",
+        _many(threads=1e6),
+        r"the number of threads is 1000000\.0\. Give a whole",
+    ),
+    ("half a thread", _many(threads=2.5), r"the number of threads is 2\.5\. Give a whole number"),
+    (
+        "threads as a truth value",
+        _many(threads=True),
+        "the number of threads is True. Give a whole",
+    ),
+    ("no resolution", _one(resolution=None), "the resolution is None. Give 0 or more"),
+    ("no resolution of a batch", _many(resolution=None), "the resolution is None. Give 0 or more"),
+    ("an endless resolution", _one(resolution=np.inf), "the resolution is inf. Give 0 or more"),
     ("a period in words", _one(period="a"), "sampling period is 'a'"),
     (
         "a period of a batch in words",
         _many(period="a"),
         "sampling period is 'a'",
     ),
-    ("substeps as a truth value", _one(substeps=True), "the substeps are True; give a whole"),
-    ("a start that is no number", _one(start=np.nan), "the start is nan; give one number"),
-    ("starts that are no numbers", _many(start=[np.nan]), "the start has the shape .* all finite"),
+    (
+        "substeps as a truth value",
+        _one(substeps=True),
+        "the number of substeps is True. Give a whole",
+    ),
+    ("a start that is no number", _one(start=np.nan), "the start is nan. Give one finite number"),
+    (
+        "starts that are no numbers",
+        _many(start=[np.nan]),
+        "the start has values that are not finite",
+    ),
     ("a masked reference", _one(reference=_MASKED), "the reference: 10 of the values are masked"),
     ("a masked reference of a batch", _many(reference=_MASKED), "10 of the values are masked"),
     ("masked noise", _one(position_noise=_MASKED), "noise: 10 of the values are masked"),
@@ -195,7 +219,7 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     (
         "wanted signals that are no names",
         _many(wanted=None),
-        "the wanted signals are None; give a list",
+        "the wanted signals are None. Give a list",
     ),
     (
         "masked samples of a function",
@@ -215,7 +239,7 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     (
         "a masked column of a log",
         lambda: read_record(_columns(position=_masked_position()), _axis()),
-        "the column 'position' is masked",
+        "the column 'position' has masked values",
     ),
     (
         "a sampling period in words",
@@ -235,7 +259,7 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     (
         "cut-offs in words",
         lambda: sweep(_axis(), _record(), ["a"]),  # type: ignore[list-item]
-        r"the cut-offs are \['a'\]; give positive numbers",
+        r"the cut-offs are \['a'\]\. Give one or more positive numbers",
     ),
     (
         "a prefilter that is none",

@@ -195,7 +195,7 @@ _CLOCK = (
     _repaired(
         "two logs in one file, cut",
         lambda folder: _log(folder, "joined", "--gaps", "split", "--json", folder / _RESULT),
-        "clock is set back once, first before data row 7802, from 7.8 s to 0 s",
+        "clock is set back once, before data row 7802, from 7.8 s to 0 s",
     ),
     Fault(
         name="a clock that is set back by less than a sample",
@@ -210,7 +210,7 @@ _CLOCK = (
             partial(_stepped, seconds=-0.5),
             *("--gaps", "split", "--resample", "auto", "--json", folder / _RESULT),
         ),
-        "clock is set back once, first before data row 4131",
+        "clock is set back once, before data row 4131",
     ),
     Fault(
         name="a clock that is set forward",
@@ -228,14 +228,14 @@ _CLOCK = (
         name="time stamps of too few digits",
         make=lambda folder: _log(folder, "coarse"),
         code=3,
-        says=r"too coarse.*give sample_period in run.toml",
+        says=r"too coarse.*set sample_period in run.toml",
     ),
     _repaired(
         "time stamps of too few digits, counted",
         lambda folder: _log(
             folder, "coarse", "--json", folder / _RESULT, said={"sample_period": 1e-3}
         ),
-        "time stamps with steps of 0 to 4 ms replaced by a count",
+        "time stamps with steps of 0 to 4 ms are replaced by a count",
     ),
     Fault(
         name="a burst of empty cells",
@@ -256,12 +256,12 @@ _VALUES = (
     _repaired(
         "a spike in the position",
         lambda folder: _log(folder, _spiked, "--json", folder / _RESULT),
-        r"at 4\.13 s\. They are masked",
+        r"outliers.* are masked.* at 4\.13 s",
     ),
     _repaired(
         "a last row cut inside its last number",
         lambda folder: _log(folder, "same", "--json", folder / _RESULT, digits="%.6f", cut=4),
-        "1 incomplete line at the end left out, from line 7802",
+        "1 incomplete line at the end is left out, from line 7802",
     ),
     Fault(
         name="a control that the recorder cut off",
@@ -279,7 +279,7 @@ _VALUES = (
             axis="emps",
             said={"mask": "clipped"},
         ),
-        r"clipped samples masked.*: control \d+ \(at -.* and .*\).* pass law, ",
+        r"clipped samples are masked.*: control \d+ \(at -.* and .*\).* pass law, ",
         axis="emps",
     ),
 )

@@ -96,7 +96,7 @@ def test_a_log_whose_values_are_not_finite_is_told_and_left_out() -> None:
     odd = row_of("odd", np.array([np.nan, 200.0, 20.0]))
     assert groups_of([*rows, odd]) == groups_of(rows)
     said = " ".join(Fleet(folder="", rows=(*rows, odd)).summary().split())
-    assert "1 log excluded from the statistics" in said
+    assert "1 log is excluded from the statistics" in said
 
 
 @pytest.mark.parametrize("size", [1e90, 1e150, 1e308])

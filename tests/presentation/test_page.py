@@ -112,8 +112,8 @@ def test_the_page_says_everything(page: Page, result: Identification) -> None:
         result.axis.signature,
         "twin of emps2015",
         "axisid identify emps2015 --cutoff 60",
-        "Butterworth 60 Hz, order 4",
-        "48 dropped at the start, 48 at the end",
+        "Butterworth, 60 Hz, order 4",
+        "48 samples are dropped at the start and 48 at the end",
         "N/(m/s)",
         "viscous friction",
     ):

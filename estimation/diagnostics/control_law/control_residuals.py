@@ -2,10 +2,11 @@
 
 A reading is a version of the record's samples that the law may have read.
 
-A record with uneven times has two possible readings. The law read the recorded rows, and only their
-time stamps jitter; or the rows were sampled at uneven times, and the law read other values at even
-times between them. The reading that fits the law is taken. A resampled record has neither of the
-two, because resampling interpolates the noise and the control, which the drive holds constant.
+A record with uneven times has two possible readings. Either the law read the recorded rows, and
+only their time stamps jitter; or the rows were sampled at uneven times, and the law read other
+values at even times between them. The reading that fits the law is taken. A resampled record
+contains neither of the two, because resampling interpolates the noise, and also the control, which
+the drive holds constant.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -47,7 +48,7 @@ from axisid.support.caching import cached_while_alive
 
 from .law_findings import Reading
 
-# relative distance of a factor from a usual one, for a law that does not fit; beyond, they differ
+# relative distance of a factor from a usual one, up to which both are equal if the law does not fit
 MAX_FACTOR_ERROR = 0.05
 # residual with a shift, relative to that without, up to which the shift is reported
 _MAX_EXPLAINED_RESIDUAL = 0.7
@@ -55,14 +56,15 @@ _MAX_EXPLAINED_RESIDUAL = 0.7
 CONSTANT = "constant"
 DRIFT = "drift"
 INJECTED = "injected"
-#: The product of gains that stands for the part of the law that no gain multiplies.
+#: Name of the part of the law that no gain multiplies, as a product of no gains.
 NO_GAINS = "1"
 #: Samples within which a shift of the control is searched.
 MOST_SHIFT = 5
-# distance from even times in periods, from which a law may have read other values; rounding is less
+# distance from even times, in periods, from which a law may have read other values; it is larger
+# than rounding
 _MIN_UNEVEN = 1e-6
 # residual of a law, relative to the effect of noise between samples with jitter, up to which the
-# law cannot be judged; it is 1.0 where that noise is the only difference
+# law cannot be judged; the ratio is 1.0 where that noise is the only difference
 _MAX_OPEN_RATIO = 2.0
 
 
@@ -71,8 +73,16 @@ def compared_with_law(
 ) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the recorded control, the control of the law, and two masks of samples, (N,) each.
 
-    The control of the law is the sum of its output and of a test signal. For a law that reads an
-    ideal velocity, both controls are low-passed.
+    The control of the law is its output along the record, plus a test signal where there is one.
+    For a law that reads an ideal velocity, both controls are low-passed.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        Axis with this law.
+    law : ControlLaw
+    record : Record
+        Record without gaps, with a reference and a control.
 
     Returns
     -------
@@ -85,17 +95,20 @@ def compared_with_law(
         limit, or masked. A low-pass spreads them over neighbours, which do not count either.
     """
     control, settle = np.asarray(record.control), settling(law)
+    # Samples at the limit by the recorded control, masked samples, and the start.
     # A control further beyond the limit is in a wrong unit, and not that of a saturated drive.
     limited = np.isclose(np.abs(control), limit_in_log(axis), rtol=LIMIT_TOLERANCE.value, atol=0.0)
     for start, stop in record.masked:
         # A masked position stays in the internal state of the law for some samples.
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
+    # The control of the law, and samples at the limit by this control.
     ticks, memory = noisy_ticks(axis, record)
     made = law_along(axis, ticks, memory) + as_logged(axis, ticks.added_at_samples(law.delay))
     limited |= at_limit(control, made, axis.drive.limit)
     if not law.takes_velocity:
         return control, made, ~limited, limited
+    # The same low-pass for both controls.
     if np.all(np.isfinite(made)):
         smooth = comparison_filter(law, record)
         # The filter would spread the saturated part far over the neighbours.
@@ -112,11 +125,11 @@ def compared_with_law(
 def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
     """Return the inputs of the axis's law along a record, and the law's initial state, (m,).
 
-    The state is the memory of law and delay at the first sample. If the law reads an ideal
-    velocity, which is not logged, the velocity in the inputs is the derivative of the recorded
-    positions with their noise, because the comparison low-passes the controls itself. The initial
-    state is estimated with the derivative of the low-passed positions instead, with which the first
-    controls show it better.
+    The state is the memory of law and delay at the first sample. An ideal velocity is not logged.
+    If the law reads one, the velocity in the inputs is the derivative of the recorded positions
+    with their noise, because the comparison low-passes the controls itself. The initial state is
+    estimated with the derivative of the low-passed positions instead, with which the first controls
+    determine it better.
     """
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole, noisy=True)
@@ -125,9 +138,9 @@ def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
 
 
 def comparison_filter(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
-    """Return the filter for the recorded control and for that of the law, (N,) to (N,).
+    """Return the filter of the recorded control and of the control of the law, (N,) to (N,).
 
-    It is a low-pass for a law that reads an ideal velocity; otherwise it changes nothing.
+    The filter is a low-pass for a law that reads an ideal velocity. Otherwise it changes nothing.
     """
     if not law.takes_velocity:
         return lambda signal: signal
@@ -136,7 +149,7 @@ def comparison_filter(law: ControlLaw, record: Record) -> Callable[[Array], Arra
 
 
 def settling(law: ControlLaw) -> int:
-    """Return the number of samples at the start that are not compared."""
+    """Return the number of samples at the start of a record that are not compared with a law."""
     return round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
 
 
@@ -149,17 +162,17 @@ def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record) -> f
 def at_limit(control: Array, made: Array, limit: float) -> NDArray[np.bool_]:
     """Return a mask of the samples at the drive's limit, (N,).
 
-    The recorded control, `control`, is there near the limit, within the noise of a converter, and
-    the control of the law, `made`, is beyond it in the same direction.
+    At the limit, the recorded control, `control`, is near the limit within the noise of a
+    converter, and the control of the law, `made`, is beyond the limit in the same direction.
     """
-    there = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit
-    return np.asarray(there & (made * np.sign(control) > limit))
+    is_near = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit
+    return np.asarray(is_near & (made * np.sign(control) > limit))
 
 
 def coloured_fit(
     target: Array, columns: Array, names: Sequence[str], neighbours: RowTimes, period: float
 ) -> tuple[Solution, Array]:
-    """Return a least-squares fit and its covariance for autoregressive residuals.
+    """Return a least-squares fit and its covariance, (k, k), for autoregressive residuals.
 
     The covariance is enlarged for few independent samples, so that a distance of
     `MIN_DISTANCE_FROM_NOISE` standard errors has the p-value that it has for a normal distribution.
@@ -167,7 +180,7 @@ def coloured_fit(
     Parameters
     ----------
     target : (n,) array
-        Values that are explained.
+        Values to explain.
     columns : (n, k) array
         Regressor.
     names : sequence of str
@@ -183,33 +196,43 @@ def coloured_fit(
         The columns are linearly dependent.
     """
     fit = least_squares(target, factor(columns, names, neighbours=neighbours))
-    # The autocorrelation continues through samples that are left out.
+    # Residuals and influence in all samples, with zeros in those that are not rows: the
+    # autocorrelation continues through these samples.
     at = neighbours.places - neighbours.places[0]
     every, taken = np.zeros((int(at[-1]) + 1, 2 + len(names))), float(len(names))
     every[at] = np.column_stack([np.ones(len(at)), fit.residuals, fit.influence])
     model = autoregression_of([every[:, 1]], period, [every[:, 0] > 0])
     spans = [slice(0, len(every))]
     applied = autoregressive_covariance(every[:, 2:], model, spans, len(target), taken)
+    # Factor by which Student's distribution is wider than the normal one at this distance.
     far = MIN_DISTANCE_FROM_NOISE.value
     wider = stdtrit(applied.freedom, ndtr(far)) / far
     return fit, applied.matrix * np.outer(wider, wider)
 
 
-def offset_and_drift(left: Array, neighbours: RowTimes, period: float) -> tuple[Array, Array]:
-    """Return the constant and the drift of a residual, (n,), and their standard errors, (2,) each.
+def offset_and_drift(residuals: Array, neighbours: RowTimes, period: float) -> tuple[Array, Array]:
+    """Return the constant and the drift of a residual, and their standard errors, (2,) each.
 
-    The drift is the change over the record. `neighbours` has the times of the rows in samples.
+    The drift is the change over the record.
+
+    Parameters
+    ----------
+    residuals : (n,) array
+    neighbours : RowTimes
+        Times of the rows in samples.
+    period : float
+        Sample period, s.
     """
     time = neighbours.places - neighbours.places.mean()
-    columns = np.column_stack([np.ones(len(left)), time / np.ptp(time)])
-    fit, covariance = coloured_fit(left, columns, (CONSTANT, DRIFT), neighbours, period)
+    columns = np.column_stack([np.ones(len(residuals)), time / np.ptp(time)])
+    fit, covariance = coloured_fit(residuals, columns, (CONSTANT, DRIFT), neighbours, period)
     return fit.theta, np.sqrt(np.diag(covariance))
 
 
 def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
     """Return the samples by which the recorded control comes later than that of the law.
 
-    It is 0 unless a shift explains the control clearly better than none.
+    The result is 0 unless a shift explains the control clearly better than no shift.
 
     Parameters
     ----------
@@ -229,11 +252,11 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
 
 
 def other_readings(record: Record) -> Iterator[tuple[Reading, Record]]:
-    """Yield the names of other readings of a record with the samples that a law may have read.
+    """Yield other readings of a record: their name, and a record of the samples that the law read.
 
-    Nothing is yielded for a record with even times that was not resampled. Otherwise they are the
-    rows before resampling, if the record was resampled, and then records whose columns are
-    interpolated at even times: the position, also the reference, and also the test signal.
+    First come the rows before resampling, if the record was resampled. Then come records with
+    columns that are interpolated at even times: the position; position and reference; and both with
+    the test signal. Nothing is yielded for a record with even times that was not resampled.
     """
     raw = (record.sampled or record).longest()
     if record.sampled is not None:
@@ -251,9 +274,10 @@ def open_for_jitter(
     """Return the uncertainty of the control by jitter, percent, where it may explain the residual.
 
     Jitter is the irregularity of the sample times. The law may have read positions at even times,
-    with other noise than the log. The uncertainty is the change of the law's control by such noise.
-    None where it cannot explain the residual: the control of the law hardly depends on the jitter,
-    or the residual is clearly larger than the effect of the noise.
+    with other noise than the log. The uncertainty is the change of the law's control by such noise,
+    in percent of the recorded control (rms). None where this uncertainty cannot explain the
+    residual: the control of the law hardly depends on the jitter, or the residual is clearly larger
+    than the effect of the noise.
 
     Parameters
     ----------
@@ -263,6 +287,7 @@ def open_for_jitter(
     off : float
         Residual of the law with the reading that fits best, percent of the control.
     """
+    # Control of the law along the rows, along even times, and with other noise at even times.
     raw = (record.sampled or record).longest()
     even, control = _evenly(raw, "position"), np.asarray(raw.control)
     noise = position_noise(even.position) * np.random.default_rng(0).normal(size=len(even))
@@ -270,9 +295,11 @@ def open_for_jitter(
         compared_with_law(axis, law, each)[1]
         for each in (raw, even, replace(even, position=even.position + noise))
     )
-    left = relative_error_percent(noisy_control - between, control)
-    matters = relative_error_percent(sampled - between, control) >= MAX_LAW_RESIDUAL.value
-    return left if matters and off < _MAX_OPEN_RATIO * left else None
+    uncertainty = relative_error_percent(noisy_control - between, control)
+    by_jitter = relative_error_percent(sampled - between, control)
+    if by_jitter >= MAX_LAW_RESIDUAL.value and off < _MAX_OPEN_RATIO * uncertainty:
+        return uncertainty
+    return None
 
 
 def _even_times(record: Record) -> Array:

@@ -56,29 +56,29 @@ from .control_residuals import (
     settling,
 )
 
-# effect of a gain relative to the control, and the part of it that other gains do not have; a gain
-# with less is not identified
+# least effect of a gain relative to the control, and least part of this effect that other gains do
+# not explain, for a gain that the record identifies
 _MIN_DISTINCT_EFFECT = 1e-4
-# residual with one gain changed, relative to that with another; up to it, either may be wrong
+# residual with one gain changed, relative to that with another, up to which either may be wrong
 _MAX_SAME_RESIDUAL = 1.1
 
 # residual of a law relative to the uncertainty of its control by the log, up to which the law may
-# be correct: it is 0.6 to 1.1 for correct laws with logs that are rounded to 1 to 20 um
+# be correct: the ratio is 0.6 to 1.1 for correct laws with logs that are rounded to 1 to 20 um
 _MAX_UNCERTAINTY_RATIO = MIN_DISTANCE_FROM_NOISE.value
 # constant, or half of a drift, next to the law, relative to the rms of the control
 _MAX_CONTROL_LEAN = 0.01
 _SD_BY_MEDIAN = 1.4826  # standard deviation relative to the median absolute value of normal noise
 _DRAWS = 3  # of values that the law may have read
-_COINCIDES = 1e-6  # of a sample
-# part of a constant, a drift or the law's control that the initial state of the law does not
-# explain; one with less is not looked for
+_COINCIDES = 1e-6  # difference of times in samples, up to which they are the same
+# least part of a constant, a drift or the law's control that the initial state of the law does not
+# explain, for an explanation that is tried
 _MIN_DISTINCT_SHAPE = 1e-3
-# least standard error of a factor of a law that reads an ideal velocity, which no log has: measured
-# errors are up to 2.4e-4 on twins without noise, and 1e-5 to 1e-4 on twins with noise
+# least standard error of a factor of a law that reads an ideal velocity, which no log contains:
+# measured errors are up to 2.4e-4 on twins without noise, and 1e-5 to 1e-4 on twins with noise
 _FACTOR_BLUR = 1e-4
 
 
-#: Names of explanations of a control, next to the terms of the law.
+#: Names of explanations of a control, in addition to `CONSTANT` and `DRIFT`.
 GAINS, SCALE = "law's gains", "control's scale"
 # Single explanations of a control, then those with a constant added.
 _KINDS = (
@@ -103,10 +103,11 @@ class Explanation:
         Names of what differs, of `GAINS`, `SCALE`, `CONSTANT` and `DRIFT`: the law's gains, the
         scale of the control, a constant or a drift.
     values : mapping of str to float
-        Differences by term of the law (factor minus 1), and by `SCALE` (factor minus 1),
-        `CONSTANT` and `DRIFT` over the record (in the unit of the control).
+        Sizes of the differences. For gains: the factor of each term of the law minus 1, by term.
+        For `SCALE`: the factor minus 1. For `CONSTANT`, and for `DRIFT` (the change over the
+        record): in the unit of the control.
     deviations : mapping of str to float
-        Standard errors of the values, each estimated separately.
+        Standard errors of the values; each is that of a separate estimate.
     left_percent : float
         Residual with this explanation, in percent of the recorded control.
     """
@@ -118,15 +119,16 @@ class Explanation:
 
     @property
     def turns_a_sign(self) -> bool:
-        """True if a factor of a term of the law or of the control's scale is zero or negative."""
+        """True if a factor, of a term of the law or of the control's scale, is 0 or negative."""
         factors = (value for name, value in self.values.items() if name not in (CONSTANT, DRIFT))
         return min(factors, default=0.0) <= -1
 
 
 def plausible(explanations: Sequence[Explanation], best: float) -> tuple[Explanation, ...]:
-    """Return explanations that the record cannot distinguish, without needlessly complex ones.
+    """Return explanations with nearly the smallest residual, without needlessly complex ones.
 
-    An explanation is needlessly complex if a simpler one with a part of its `kind` suffices.
+    The record cannot distinguish these explanations. An explanation is needlessly complex if a
+    simpler one with a part of its `kind` suffices.
 
     Parameters
     ----------
@@ -147,8 +149,9 @@ def plausible(explanations: Sequence[Explanation], best: float) -> tuple[Explana
 class GainRegression:
     """Regression of the residual between a recorded control and its law on the gains of the law.
 
-    Its n rows are the samples of the record that are compared; its k columns are the derivatives of
-    the control by the gains and by the other parts of the control in `added`.
+    The n rows are the samples of the record that are compared. The k columns are the derivatives of
+    the control by the logarithms of the gains, and the other parts of the control in `added`. The
+    gains are the declared ones, except those in `free`, which were fitted.
 
     Attributes
     ----------
@@ -157,7 +160,8 @@ class GainRegression:
     declared : LawReplay
         The law with its declared gains and the initial state of an axis at rest.
     compared : callable
-        Maps a control at all samples, (N,), to the rows, (n,): a filter and a selection.
+        Function that maps a control at all samples, (N,), to the rows, (n,): a filter and a
+        selection.
     neighbours : RowTimes
         Times of the compared rows.
     period : float
@@ -167,8 +171,8 @@ class GainRegression:
         signal, and the part of a law that no gain multiplies. The latter has the name ``1``, as a
         product of no gains.
     put_in : (N,) array of bool
-        True for samples with the control of the declared law in place of the recorded control,
-        which is at a limit or masked. They are not compared.
+        True for samples at the start, at a limit or masked, which are not compared. If the law
+        reads an ideal velocity, the declared law's control replaces the recorded control there.
     possible : tuple of LawInputs
         Inputs that the law may have read, drawn at random; empty where the log shows what it read.
     between : bool
@@ -176,9 +180,9 @@ class GainRegression:
     free : tuple of str
         Gains that were fitted, and so differ from their declared values.
     at_limit : dict of str to (float, float)
-        With the name `LIMIT`, the ratio of the control to the declared limit of the drive where the
-        law asks for more, and the standard error of this ratio. Empty for a record that shows it in
-        too few samples, or has a test signal.
+        By the name `LIMIT`: the ratio of the recorded control to the declared limit of the drive
+        where the law exceeds the limit, and the standard error of this ratio. Empty for a record
+        with too few such samples, and with a test signal.
     """
 
     along: LawReplay
@@ -202,7 +206,7 @@ class GainRegression:
         used: NDArray[np.bool_],
         limited: NDArray[np.bool_],
     ) -> "GainRegression":
-        """Return the regression for a law and a record, with declared gains.
+        """Return the regression for a law and a record, with the declared gains.
 
         Only the initial state of the law is fitted.
 
@@ -222,23 +226,23 @@ class GainRegression:
         smooth, (ticks, start) = comparison_filter(law, record), noisy_ticks(axis, record)
         declared = LawReplay.of(axis, law, ticks, record)
         along = replace(declared, start=start[: len(law.memory)])
-        # A control that only a converter's noise moves off the limit is not that of the law.
+        # Near the limit, the noise of a converter may hide that the control is limited.
         limited = limited | (np.abs(along.output) > along.limit)
         used = used & ~limited
-        # Ratio of the control to the drive's limit, in samples where the law asks for more. The law
-        # must be clearly beyond the limit: it may read noise that the record does not have.
+        # Ratio of the control to the drive's limit, in samples where the law exceeds the limit. The
+        # law must exceed it clearly, because the law may read noise that the record does not have.
         noise = np.std((along.control - along.output)[used]) if used.any() else 0.0
         excess = np.abs(along.output) - along.limit
-        asks_more = excess > MIN_DISTANCE_FROM_NOISE.value * noise
+        exceeds = excess > MIN_DISTANCE_FROM_NOISE.value * noise
         unsettled = [(0, settling(law)), *((a, b + LAW_SETTLING) for a, b in record.masked)]
-        asks_more &= ~mask_of(unsettled, len(record))
-        shown = (np.sign(along.output) * record.control)[asks_more] / limit_in_log(axis)
+        exceeds &= ~mask_of(unsettled, len(record))
+        ratios = (np.sign(along.output) * record.control)[exceeds] / limit_in_log(axis)
         at_limit = {}
         # A test signal is limited together with the output of the law.
-        if len(shown) >= MIN_SAMPLES_PER_FACTOR.value and record.added_control is None:
-            median = float(np.median(shown))
-            deviation = _SD_BY_MEDIAN * float(np.median(np.abs(shown - median)))
-            at_limit[LIMIT] = (median, deviation * (np.pi / 2 / len(shown)) ** 0.5)
+        if len(ratios) >= MIN_SAMPLES_PER_FACTOR.value and record.added_control is None:
+            median = float(np.median(ratios))
+            deviation = _SD_BY_MEDIAN * float(np.median(np.abs(ratios - median)))
+            at_limit[LIMIT] = (median, deviation * (np.pi / 2 / len(ratios)) ** 0.5)
         if law.takes_velocity:  # the filter would spread the saturated part over the neighbours
             control = np.where(limited, along.output, along.control)
             declared, along = (replace(each, control=control) for each in (declared, along))
@@ -273,7 +277,7 @@ class GainRegression:
 
     @property
     def times(self) -> dict[str, float]:
-        """Ratio of each free gain to its declared value."""
+        """Ratio of each fitted gain to its declared value, by name."""
         declared, gains = self.along.law.gains, self.gains
         return {name: gains[name] / (declared[name] or 1.0) for name in self.free}
 
@@ -288,7 +292,7 @@ class GainRegression:
     def of_control(self, times: float) -> "GainRegression":
         """Return the regression of the recorded control divided by the factor `times`.
 
-        The gains are the declared ones.
+        The gains are the declared ones; only the initial state of the law is fitted.
         """
         control = np.where(self.put_in, self.along.control, self.along.control / times)
         along = replace(self.declared, control=control)
@@ -308,9 +312,10 @@ class GainRegression:
     def scale(self) -> "tuple[float, GainRegression] | None":
         """Scale of the recorded control, and the regression of the control divided by it.
 
-        None if the scale does not differ from 1, or does not explain the control with the declared
-        gains. The scale is -1 for a control of the opposite sign. The gains are then fitted.
+        A control of the opposite sign has the scale -1, and all gains are then fitted. None if the
+        scale does not differ from 1, or does not explain the control with the declared gains.
         """
+        # Scale by least squares, without the part that the initial state of the law explains.
         output, control = self._without_start(np.column_stack([self.output, self.control])).T
         power = float(output @ output)
         times = float(output @ control) / power if power > 0 else 0.0
@@ -318,38 +323,39 @@ class GainRegression:
             return None
         times = times if times > 0 else -1.0
         scaled = self.of_control(times)
-        if times < 0:  # with fitted gains
+        if times < 0:
             scaled = scaled.best([*self.along.law.gains])
         # Rounding of the log makes the control uncertain as well.
         allowed = max(MAX_LAW_RESIDUAL.value, _MAX_UNCERTAINTY_RATIO * self.open_percent)
-        return (
-            (times, scaled) if scaled.percent < allowed and (times < 0 or not scaled.off) else None
-        )
+        if scaled.percent < allowed and (times < 0 or not scaled.off):
+            return times, scaled
+        return None
 
     def unless_rounded(self) -> "GainRegression":
-        """Return the regression without `possible` inputs, where the record shows no rounding.
+        """Return the regression without `possible` inputs, if the record shows that they are wrong.
 
-        Otherwise the regression is unchanged.
-
-        A reference that is computed in whole steps looks like a reference that the log rounded, and
-        the law reads the steps of an encoder as they are logged. If the log had rounded them, the
-        residual of the control would contain the effect of the rounding with any gains, and jump
-        from sample to sample as with no other fault. This does not apply to a law that runs between
-        the samples of the log, because the log does not contain the steps that the law read.
+        Steps of the logged columns do not prove that the log rounded them: a reference may be
+        computed in whole steps, and the law may read the steps of an encoder as they are logged. If
+        the log had rounded the columns, the residual of the control would contain the effect of the
+        rounding with any gains, and jump from sample to sample as with no other fault. If it does
+        not jump, with the declared or with fitted gains, the law read the logged values. Otherwise
+        the regression is returned unchanged, and always for a law that runs between the samples of
+        the log, because the log does not contain the steps that the law read.
         """
         if _is_slower(self.along.ticks):
             return self
         for each in (self, self.best([*self.along.law.gains])):
-            sizes = [np.linalg.norm(np.diff(off)) for off in each.possible_changes]
-            if np.linalg.norm(np.diff(each.residuals)) < (
-                max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value
-            ):
+            jumps_of_rounding = [
+                np.linalg.norm(np.diff(change)) for change in each.possible_changes
+            ]
+            jumps = np.linalg.norm(np.diff(each.residuals))
+            if jumps < max(jumps_of_rounding, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
                 return replace(self, possible=(), between=False)
         return self
 
     @property
     def is_hidden(self) -> bool:
-        """True if the residual is too large, but the log's uncertainty is large enough for it.
+        """True if the residual is too large, but the uncertainty by the log may be its cause.
 
         The record then does not show whether the law is correct.
         """
@@ -367,15 +373,14 @@ class GainRegression:
 
         It is the largest of the `possible_changes`; 0 where the log shows what the law read.
         """
-        return max(
-            (relative_error_percent(e, self.control) for e in self.possible_changes), default=0.0
-        )
+        percents = [relative_error_percent(each, self.control) for each in self.possible_changes]
+        return max(percents, default=0.0)
 
     @cached_property
     def residuals(self) -> Array:
         """Recorded control minus output of the law, (n,), in the unit of the control.
 
-        The part that another initial state of the law would explain is removed.
+        The part that another initial state of the law explains is removed.
         """
         return self._without_start((self.control - self.output)[:, None])[:, 0]
 
@@ -388,8 +393,9 @@ class GainRegression:
     def lean(self) -> dict[str, float]:
         """Significant constant and drift of the residual, by name, in the unit of the control.
 
-        The drift is the change over the record. A constant or a drift is significant if it is
-        relevant and beyond both its standard errors and the uncertainty by the log.
+        The drift is the change over the record. A constant must exceed 1 % of the control (rms), a
+        drift 2 %. Both must also exceed three standard errors, and three times the effect of the
+        uncertainty by the log.
         """
         rows = self.neighbours, self.period
         values, deviations = offset_and_drift(self.residuals, *rows)
@@ -397,104 +403,110 @@ class GainRegression:
         # Constants and drifts that the uncertainty by the log may cause.
         by_log = [offset_and_drift(each, *rows)[0] for each in self.possible_changes]
         chance = np.abs([deviations, *by_log]).max(axis=0)
-        far = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
-        named = zip((CONSTANT, DRIFT), values, far, strict=True)
-        return {name: float(value) for name, value, is_far in named if is_far}
+        significant = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
+        named = zip((CONSTANT, DRIFT), values, significant, strict=True)
+        return {name: float(value) for name, value, is_significant in named if is_significant}
 
     @cached_property
     def gain_steps(self) -> tuple[dict[str, float], Array, Array]:
         """Least-squares changes of gains and added parts, their covariance, and the residual.
 
-        The changes, by name, are of the logarithms of the gains, and relative changes of the parts
-        in `added`. Only those that the control identifies are included. The residual, (n,), is that
-        with these changes, to first order.
+        The changes, by name, are those of the logarithms of the gains, and relative changes of the
+        parts in `added`. Only gains and parts that the control identifies are included. The
+        covariance is in the same order. The residual, (n,), is that with these changes, to first
+        order.
         """
         return self._gain_steps(self._names)
 
     @cached_property
     def off(self) -> list[str]:
-        """Names of gains and `added` parts that differ significantly from the declared ones.
+        """Names of gains and `added` parts that differ significantly from their declared values.
 
-        A difference must exceed 1 % and its standard errors.
+        A difference must exceed 1 % and three standard errors.
         """
         steps, covariance, _ = self.gain_steps
         far = MIN_DISTANCE_FROM_NOISE.value * np.sqrt(np.diag(covariance))
         allowed = dict(zip(steps, np.maximum(MAX_SCALE_ERROR.value, far), strict=True))
         if self.along.law.takes_velocity and INJECTED in allowed:
-            # The velocity in the comparison differs from that of the sensor by about a hundredth.
+            # The velocity in the comparison differs from that of the sensor by about 1 %.
             allowed[INJECTED] = max(allowed[INJECTED], MAX_FACTOR_ERROR)
         return [name for name, step in steps.items() if abs(step) > allowed[name]]
 
     @property
     def gains_off(self) -> list[str]:
-        """Gains that differ significantly from their declared values."""
+        """Names of gains that differ significantly from their declared values."""
         return [name for name in self.off if name in self.along.law.gains]
 
     @property
     def factors(self) -> dict[str, tuple[float, float]]:
-        """Factor of each term of the law with which it gives the control, and its standard error.
+        """Factor of each term with which the law gives the control, and its standard error.
 
-        The names of the terms are the products of gains in them, or the gains for a law that is not
-        a sum of such products. The factors are to first order in the gains; 1 is correct. Where the
-        record shows it, the factor of the drive's limit is included.
+        The name of a term is its product of gains, or a gain for a law that is not a sum of such
+        products. The factors are to first order in the gains; 1 is correct. The factor of the
+        drive's limit is included where the record shows it.
         """
         steps, covariance, _ = self.gain_steps
-        blur = _FACTOR_BLUR * self.along.law.takes_velocity  # by the velocity that no log has
+        blur = _FACTOR_BLUR * self.along.law.takes_velocity  # 0 for a law of logged values
         factors = {}
-        for term, of in self._weights_of_steps.items():
-            deviation = float(np.hypot(np.sqrt(of @ covariance @ of), blur))
-            factors[term] = (float(1 + of @ [*steps.values()]), deviation)
+        for term, weights in self._weights_of_steps.items():
+            deviation = float(np.hypot(np.sqrt(weights @ covariance @ weights), blur))
+            factors[term] = (float(1 + weights @ [*steps.values()]), deviation)
         return {**factors, **self.at_limit}
 
     @cached_property
     def _weights_of_steps(self) -> dict[str, Array]:
-        """Weights of the `gain_steps` in the logarithm of a term's factor, by term.
+        """Weights of the changes of `gain_steps` in the logarithm of a term's factor, by term.
 
-        Each array has one weight for each step. Only terms whose factor the identified steps
+        Each array has one weight for each change. Only terms whose factor the identified changes
         determine are included.
         """
         steps, names, columns = self.gain_steps[0], self._names, self._columns
-        # If gains act only in one product, the step of one of them is that of the product.
+        # Columns of all gains as combinations of the identified ones. If gains act only in one
+        # product, the change of one of them is that of the product.
         identified = columns[:, [names.index(name) for name in steps]]
         shares = np.linalg.lstsq(identified, columns, rcond=None)[0]
-        apart = np.linalg.norm(columns - identified @ shares, axis=0)
-        shares[:, apart > _MIN_DISTINCT_EFFECT * np.linalg.norm(columns, axis=0)] = 0.0
-        weights = {}
+        unexplained = np.linalg.norm(columns - identified @ shares, axis=0)
+        shares[:, unexplained > _MIN_DISTINCT_EFFECT * np.linalg.norm(columns, axis=0)] = 0.0
+        # The powers of the identified gains must give the powers of all gains of the term.
+        weights_by_term = {}
         for term, powers in self.powers.items():
-            of = np.array([powers.get(each, 0.0) for each in steps])
-            shown = of @ shares[:, [names.index(each) for each in powers]]
-            if np.allclose(shown, [*powers.values()], rtol=MAX_SCALE_ERROR.value):
-                weights[term] = of
-        return weights
+            weights = np.array([powers.get(each, 0.0) for each in steps])
+            implied = weights @ shares[:, [names.index(each) for each in powers]]
+            if np.allclose(implied, [*powers.values()], rtol=MAX_SCALE_ERROR.value):
+                weights_by_term[term] = weights
+        return weights_by_term
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
         """Explanations of the difference between recorded control and law, simple ones first.
 
         They are combinations of other gains, another scale of the control, a constant and a drift.
-        The size of each is found by least squares, to first order in the gains.
+        Their sizes are found by least squares, to first order in the gains.
         """
-        # Columns of each single explanation, and the standard errors of their factors.
+        # Columns of each single explanation.
         steps = self.gain_steps[0]
         time = self.neighbours.places - self.neighbours.places.mean()
         time = time / np.ptp(time)
         shapes = np.column_stack([self.output, np.ones(len(time)), time])
-        # A shape that the initial state of the law explains as well is not listed.
-        apart = self._without_start(shapes)
-        shown = np.linalg.norm(apart, axis=0) > _MIN_DISTINCT_SHAPE * np.linalg.norm(shapes, axis=0)
-        blocks = {
-            name: apart[:, [i]] for i, name in enumerate((SCALE, CONSTANT, DRIFT)) if shown[i]
-        }
+        # A shape that the initial state of the law explains as well is not tried.
+        distinct = self._without_start(shapes)
+        least = _MIN_DISTINCT_SHAPE * np.linalg.norm(shapes, axis=0)
+        is_distinct = np.linalg.norm(distinct, axis=0) > least
+        blocks = {}
+        for i, name in enumerate((SCALE, CONSTANT, DRIFT)):
+            if is_distinct[i]:
+                blocks[name] = distinct[:, [i]]
         if steps:
             blocks[GAINS] = self._columns[:, [self._names.index(name) for name in steps]]
+        # Standard errors of the factors of the terms, and of the sizes of the shapes.
         blur = _FACTOR_BLUR * self.along.law.takes_velocity
         size = float(np.sqrt(np.mean(self.control**2)))
         largest = {SCALE: 1.0, CONSTANT: size, DRIFT: 2 * size}
         deviations = {name: sd for name, (_, sd) in self.factors.items()}
         for name, block in blocks.items():
             if name != GAINS:
-                of = self._deviation_of(block, name)
-                deviations[name] = float(np.hypot(of, blur * largest[name]))
+                by_residual = self._deviation_of(block, name)
+                deviations[name] = float(np.hypot(by_residual, blur * largest[name]))
         # Least squares for each combination of explanations.
         found = []
         for kind in _KINDS:
@@ -502,17 +514,17 @@ class GainRegression:
                 continue
             columns = np.hstack([blocks[name] for name in kind])
             sizes = np.linalg.norm(columns, axis=0)
-            by_size = np.linalg.lstsq(columns / sizes, self.residuals, rcond=_MIN_DISTINCT_EFFECT)[
-                0
-            ]
-            left = self.residuals - columns / sizes @ by_size
-            theta = dict(zip(_names_of(kind, steps), by_size / sizes, strict=True))
+            unit = columns / sizes
+            solution = np.linalg.lstsq(unit, self.residuals, rcond=_MIN_DISTINCT_EFFECT)[0]
+            residuals = self.residuals - unit @ solution
+            theta = dict(zip(_names_of(kind, steps), solution / sizes, strict=True))
             values = {name: float(theta[name]) for name in kind if name != GAINS}
             if GAINS in kind:
                 identified = np.array([theta[name] for name in steps])
-                values |= {t: float(of @ identified) for t, of in self._weights_of_steps.items()}
+                for term, weights in self._weights_of_steps.items():
+                    values[term] = float(weights @ identified)
                 values |= {name: factor - 1 for name, (factor, _) in self.at_limit.items()}
-            percent = relative_error_percent(left, self.control)
+            percent = relative_error_percent(residuals, self.control)
             found.append(
                 Explanation(
                     kind=kind,
@@ -526,7 +538,7 @@ class GainRegression:
     def _deviation_of(self, column: Array, name: str) -> float:
         """Return the standard error of the factor of a column, (n, 1), in the residual.
 
-        It contains the uncertainty by the log.
+        It includes the uncertainty by the log. `name` is that of the column.
         """
         fit, covariance = coloured_fit(
             self.residuals, column, (name,), self.neighbours, self.period
@@ -536,22 +548,20 @@ class GainRegression:
 
     @property
     def powers(self) -> dict[str, dict[str, float]]:
-        """Powers of the gains in each term of the law, and of the parts in `added`, by name.
+        """Powers of the gains in each term of the law, by term; 1 for each part in `added`.
 
-        A law that is not a sum of products of its gains has each gain as a term of its own.
+        If the law is not a sum of products of its gains, each gain counts as a term.
         """
-        law, alone = self.along.law, {name: {name: 1.0} for name in self.added}
-        products = (
-            [product for product, _ in law.terms if product.free_symbols]
-            if law.is_polynomial
-            else [gain(name) for name in law.gains]
-        )
-        return {
-            str(each): {
-                str(g): float(n) for g, n in each.as_powers_dict().items() if g.free_symbols
-            }
-            for each in products
-        } | alone
+        law = self.along.law
+        if law.is_polynomial:
+            products = [product for product, _ in law.terms if product.free_symbols]
+        else:
+            products = [gain(name) for name in law.gains]
+        powers: dict[str, dict[str, float]] = {}
+        for product in products:
+            factors = product.as_powers_dict().items()
+            powers[str(product)] = {str(g): float(n) for g, n in factors if g.free_symbols}
+        return powers | {name: {name: 1.0} for name in self.added}
 
     @property
     def _names(self) -> list[str]:
@@ -560,23 +570,24 @@ class GainRegression:
 
     @cached_property
     def _slopes(self) -> Array:
-        """Derivatives of the output by the logarithm of each of g gains, (N, g)."""
+        """Derivatives of the output by the logarithms of the g gains of the law, (N, g)."""
         return self.along.jacobian_by_gain()
 
     @cached_property
     def _columns(self) -> Array:
         """Derivatives of the compared output by the gains and by the parts in `added`, (n, k).
 
-        The part that another initial state of the law explains is removed.
+        The derivatives are those by the logarithms of the gains. The part that another initial
+        state of the law explains is removed.
         """
         every = map(self.compared, (*self._slopes.T, *self.added.values()))
         return self._without_start(np.column_stack([*every]))
 
     def covariance(self, names: Sequence[str]) -> Array:
-        """Return the covariance of the logarithms of the named gains, in their order.
+        """Return the covariance of the logarithms of the k named gains, (k, k), in their order.
 
-        The other gains are assumed to be correct. Gains that the control does not identify have
-        infinite variances.
+        The other gains are assumed to be correct. A gain that the control does not identify has an
+        infinite variance.
         """
         steps, of_identified, _ = self._gain_steps(names, vague=True)
         covariance = np.diag(np.full(len(names), np.inf))
@@ -588,21 +599,29 @@ class GainRegression:
     ) -> tuple[dict[str, float], Array, Array]:
         """Return the changes of the named gains and parts, their covariance, and the residual.
 
-        They are as in `gain_steps`; the covariance includes the uncertainty by the log. A gain is
-        vague if the uncertainty by the log makes much of its effect: its estimate would be too
-        low. Vague gains are only included with `vague`.
+        They are as in `gain_steps`; the covariance includes the uncertainty by the log.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of gains and of parts in `added`.
+        vague : bool
+            Whether to include gains whose effect on the control is largely uncertain by the log,
+            so that their estimates are too low.
         """
+        # Columns, with zeros for those that are too uncertain by the log.
         free, columns = [self._names.index(name) for name in names], self._columns
         shown = columns
         if self.possible and not vague:
-            rough = replace(self.along, ticks=self.possible[0]).jacobian_by_gain() - self._slopes
+            other = replace(self.along, ticks=self.possible[0]).jacobian_by_gain()
+            changes = (other - self._slopes).T
             noise = np.zeros(len(columns.T))
-            noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
+            noise[: len(changes)] = [np.linalg.norm(self.compared(each)) for each in changes]
             least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
             shown = np.where(noise > least, 0.0, columns)
-        identified = [
-            free[j] for j in _distinct_columns(shown[:, free], float(np.linalg.norm(self.control)))
-        ]
+        # Least squares with the columns that the control identifies.
+        distinct = _distinct_columns(shown[:, free], float(np.linalg.norm(self.control)))
+        identified = [free[j] for j in distinct]
         if not identified:
             return {}, np.zeros((0, 0)), self.residuals
         named = [self._names[i] for i in identified]
@@ -617,10 +636,10 @@ class GainRegression:
     def least_change(self) -> "tuple[GainRegression, ...]":
         """Return the regressions with the fewest changed gains that explain the control.
 
-        One gain after the other is added to those that are fitted, each time the one with the
+        One gain after the other is added to those that are fitted, each time the gain with the
         smallest residual. Several regressions are returned where different single gains explain the
-        control equally well, the best first. If no change is enough, the last regression is
-        returned.
+        control equally well, the best first. If no change is enough, the regression with all gains
+        fitted is returned.
         """
         free, best = tuple[str, ...](), self
         while len(free) < len(self.along.law.gains):
@@ -635,7 +654,11 @@ class GainRegression:
 
     @cached_property
     def _without_start(self) -> Callable[[Array], Array]:
-        """Function that removes from columns, (n, k), the effect of another initial state."""
+        """Function that removes the effect of another initial state of the law, (n, k) to (n, k).
+
+        The removed part of a column is its projection on the derivatives of the output by the
+        initial state.
+        """
         by_start = self.along.slopes_by_start(self.compared)
         starts = np.column_stack([np.empty((len(self.control), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
@@ -648,7 +671,7 @@ class GainRegression:
 def _names_of(kind: Sequence[str], gains: Iterable[str]) -> list[str]:
     """Return the names of the columns of an explanation, in order.
 
-    `kind` has the names of what differs; `GAINS` among them stands for the names in `gains`.
+    They are the names in `kind`, with the names in `gains` in place of `GAINS`.
     """
     names: list[str] = []
     for each in kind:
@@ -657,10 +680,15 @@ def _names_of(kind: Sequence[str], gains: Iterable[str]) -> list[str]:
 
 
 def _distinct_columns(columns: Array, size: float) -> list[int]:
-    """Return the indices of columns with a visible effect that other columns do not have.
+    """Return the indices of columns with a visible effect that other columns do not explain.
 
-    `columns` are (n, k), and `size` is the norm of the control, relative to which an effect is
-    visible.
+    The columns are selected by a pivoting QR decomposition.
+
+    Parameters
+    ----------
+    columns : (n, k) array
+    size : float
+        Norm of the control, relative to which an effect is visible.
     """
     sizes = np.linalg.norm(columns, axis=0)
     shown = np.flatnonzero(np.isfinite(sizes) & (sizes > _MIN_DISTINCT_EFFECT * size))
@@ -679,12 +707,12 @@ def _is_slower(ticks: LawInputs) -> bool:
 def _possible(ticks: LawInputs, record: Record, times: Array | None) -> Iterator[LawInputs]:
     """Yield random draws of the inputs that the law may have read where the log cannot show them.
 
-    Nothing is yielded where the log shows them. Position and reference are varied within their
-    rounding: the log may have rounded them, or an encoder may have rounded the position between the
-    samples of a slow log. If the law runs between the samples, the position also gets noise as in
-    the log, and the error of a cubic spline, unless a slow log has a quantised position. A spline
-    misses motion that is faster than the samples. A spline of every second sample, which replaces
-    the position, shows by how much.
+    Nothing is yielded where the log shows the inputs. Position and reference are varied within
+    their rounding: the log may have rounded them, or an encoder may have rounded the position
+    between the samples of a slow log. If the law runs between the samples, the position also gets
+    noise as in the log, and the error of a cubic spline, unless a slow log has a quantised
+    position. The spline misses motion that is faster than the samples. The difference from a spline
+    of every second sample shows by how much; that spline replaces the position.
 
     Parameters
     ----------
@@ -707,9 +735,9 @@ def _possible(ticks: LawInputs, record: Record, times: Array | None) -> Iterator
         return
     rng = np.random.default_rng(0)
     for _ in range(_DRAWS):
-        places, wanted = (
+        drawn_position, drawn_reference = (
             values + step * rng.uniform(-0.5, 0.5, len(values))
             for step, values in zip(steps, (position, reference), strict=True)
         )
-        places = places + noise * rng.normal(size=len(places))
-        yield replace(ticks, position=places, reference=wanted)
+        drawn_position = drawn_position + noise * rng.normal(size=len(drawn_position))
+        yield replace(ticks, position=drawn_position, reference=drawn_reference)

@@ -1,9 +1,9 @@
 """Faults of a recorded control that does not follow the declared law, and their remedies.
 
 If the position is recorded relative to another zero than the reference, the law sees a constant
-tracking error. Its control then has a constant for a law of gains alone, and a ramp for a law that
-integrates. A constant error of the recorded control looks the same as the former, so both are
-reported.
+tracking error. Its control then has a constant for a law without an integral, and a ramp for a law
+that integrates. The constant looks the same as a constant error of the recorded control, so both
+are reported.
 """
 
 import math
@@ -50,9 +50,9 @@ from .law_findings import (
     UndeclaredLimit,
 )
 
-# residual relative to the declared law's, below which a change of columns is reported
+# residual with a change, relative to that without, below which the change is reported
 _MAX_REPAIRED_RESIDUAL = 0.5
-# factor of a control -> recorded unit, and the unit that it was taken for
+# by factor of a control: the recorded unit, and the unit that it was taken for
 _UNITS = {
     1e3: ("m", "mm"),
     1e-3: ("mm", "m"),
@@ -60,21 +60,23 @@ _UNITS = {
     180 / math.pi: ("rad", "deg"),
 }
 _UNKNOWN = "NAME"  # for a column without a name in a log
-_STEP = 1e-3  # of the reference's range
-_CLOCK_STEP = 0.01  # of the clock rate, in samples at the end of the record
-_CLOCK_STEPS = 15  # of Gauss-Newton
-_MOST_CLOCK = 0.02  # relative; beyond, the times are in another unit
+_STEP = 1e-3  # small change for a derivative: of a factor, or of a zero relative to the range
+_CLOCK_STEP = 0.01  # small change of the clock rate, in samples at the end of the record
+_CLOCK_STEPS = 15  # largest number of Gauss-Newton steps
+# largest relative difference between two clocks; if it is larger, the times are in another unit
+_MOST_CLOCK = 0.02
 
 
 def constant_or_drift(percent: float, lean: Mapping[str, float], unit: str) -> ConstantOrDrift:
-    """Return the finding of a control with a constant or a drift next to the law.
+    """Return the finding of a control with a constant or a drift in addition to the law.
 
-    A position relative to another zero leads to such a constant too if the law does not integrate.
+    If the law does not integrate, a position relative to another zero has the same effect as a
+    constant.
 
     Parameters
     ----------
     percent : float
-        Residual, percent of the control.
+        Residual of the law, percent of the control.
     lean : mapping of str to float
         Significant constant and drift by name, in `unit`.
     unit : str
@@ -86,24 +88,24 @@ def constant_or_drift(percent: float, lean: Mapping[str, float], unit: str) -> C
 
 
 def is_near(factor: float, scale: float) -> bool:
-    """Return True if a factor equals a usual factor, `scale`, to 5 %.
+    """Return True if a factor equals a usual factor, `scale`, within 5 %.
 
-    A law with other errors does not determine the factor more accurately.
+    With other errors in the law, the control does not determine the factor more accurately.
     """
     return abs(factor / scale - 1) < MAX_FACTOR_ERROR
 
 
 def late_control(percent: float, shift: int, delay: int | None) -> LateControl:
-    """Return the finding of a control that is some samples later or earlier than by the law.
+    """Return the finding of a control that comes some samples later or earlier than by the law.
 
-    The law alone does not show whether the law or the log is wrong.
+    The comparison alone does not show whether the law or the log is wrong.
 
     Parameters
     ----------
     percent : float
         Residual without the shift, percent of the control.
     shift : int
-        Samples by which the control comes later.
+        Samples by which the control comes later; negative for an earlier control.
     delay : int or None
         Declared delay of the law, samples; None for a continuous law.
     """
@@ -128,14 +130,14 @@ def repair_of(
 ) -> tuple[float, LawRepair] | None:
     """Return the residual with a change that makes the law fit, percent, and the change.
 
-    None where no change of the columns, of the law or of the drive's limit makes it fit. Kinds of
-    changes are tried in order, and the best change of the first kind that fits is returned. A
-    change has to halve the residual. Changes with a fitted number come last, because they nearly
-    explain a moved column as well.
+    None where no change of the columns, of the law or of the drive's limit makes the law fit. Kinds
+    of changes are tried in order, and the best change of the first kind that fits is returned. With
+    a change, the residual must be below its threshold and less than half of that without.
 
     Parameters
     ----------
     axis : GeneratedAxis
+        Axis with the declared law.
     law : ControlLaw
         Law of the axis.
     record : Record
@@ -145,30 +147,29 @@ def repair_of(
         that explain the control.
     shift : int
         Samples by which the control comes later than by the law. If it is not 0, only columns at
-        other times are tried, and none if the shift alone makes the law fit.
+        other times are tried, and nothing if the shift alone makes the law fit.
     """
-    good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
+    most = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
+    # Kinds of changes: functions that yield changes.
     kinds = [_changed_columns, _scaled_columns, _mistimed_columns]
     kinds += [_moved_zero, _other_laws, _limited]
     if shift:
-        if law_error_percent(axis, law, record.shifted(control=-shift)) < good:
+        if law_error_percent(axis, law, record.shifted(control=-shift)) < most:
             return None
         kinds = [_mistimed_columns]
     for kind in kinds:
         tried = list[tuple[float, LawRepair]]()
-        for repair, of, by, other in kind(axis, law, record):
-            tried.append((law_error_percent(of, by, other), repair))
+        for repair, changed_axis, changed_law, changed_record in kind(axis, law, record):
+            percent = law_error_percent(changed_axis, changed_law, changed_record)
+            tried.append((percent, repair))
         least, best = min(tried, key=itemgetter(0), default=(np.inf, None))
-        if best is not None and least < good:
+        if best is not None and least < most:
             return least, best
     return None
 
 
 def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield changes to a law that computes the velocity in another way, with the same gains.
-
-    Each is a tuple of the finding, the axis with this law, this law, and the unchanged record.
-    """
+    """Yield changes to a law that computes the velocity in another way, with the same gains."""
     for name, variant in velocity_variants(law).items():
         yield (
             OtherVelocity(law=name),
@@ -179,26 +180,31 @@ def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 
 
 def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield the record with the zero of the position that explains most of the residual."""
-    if (zero := position_zero(axis, law, record)) is None:
+    """Yield a change of the position's zero: the one that explains most of the residual.
+
+    Nothing is yielded where another zero has no effect on the control.
+    """
+    zero = position_zero(axis, law, record)
+    if zero is None:
         return
-    away, control = zero
+    offset, control = zero
     repair = MovedZero(
-        position=away,
+        position=offset,
         unit=axis.coordinate.unit,
         column=record.provenance.columns.get("position", _UNKNOWN),
         control=control,
         control_unit=axis.drive.unit,
         exceeds_limit=abs(control or 0.0) > axis.drive.limit,
     )
-    yield repair, axis, law, replace(record, position=record.position - away)
+    yield repair, axis, law, replace(record, position=record.position - offset)
 
 
 def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield the axis with a limit of the drive that is below the declared one.
+    """Yield a change to a limit of the drive that is below the declared limit.
 
-    The limit is that of the recorded control where the law asks for more. Nothing is yielded where
-    the control reaches the declared limit, or where the law rarely asks for more.
+    The limit is the size of the recorded control where the output of the law is larger than any
+    recorded control. Nothing is yielded where the control reaches the declared limit, and for too
+    few such samples.
     """
     drive, control = axis.drive, np.asarray(record.control)
     largest = float(np.abs(control).max())
@@ -209,7 +215,7 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
         cut = np.abs(control[made * np.sign(control) > largest])
         if len(cut) < MIN_SAMPLES_PER_FACTOR.value:
             return
-        # The largest control has most of a converter's noise. The median has none.
+        # The noise of a converter makes the largest control too large, but not the median.
         limit = float(np.median(cut))
         limited = with_limit(axis, limit, native=False)
     except ModelError:  # no dead band and no step is as large as the limit
@@ -219,7 +225,7 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
 
 
 def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield records with a column at another time, or with the reference on another clock."""
+    """Yield changes to a column at another time, and to a reference with another clock."""
     yield from _moved_columns(axis, law, record)
     rate = reference_clock(axis, law, record)
     if rate is None:
@@ -228,9 +234,9 @@ def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> I
 
 
 def _with_clock(record: Record, rate: float) -> Record:
-    """Return the record with the reference read at ``(1 + rate)`` times the time since the start.
+    """Return the record with the reference at ``(1 + rate)`` times the time since the start.
 
-    Samples beyond the end of the recorded reference are masked.
+    The reference is interpolated. Samples beyond the end of the recorded reference are masked.
     """
     times = np.arange(float(len(record)))
     later = np.minimum((1 + rate) * times, times[-1])
@@ -241,10 +247,10 @@ def _with_clock(record: Record, rate: float) -> Record:
 
 
 def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float | None:
-    """Return the relative amount by which the reference's clock is fast against the position's.
+    """Return the relative amount by which the clock of the reference is faster than the position's.
 
-    It is the amount with which the law gives the recorded control, found by Gauss-Newton steps.
-    None where these do not converge, where the clocks hardly differ, and for a constant reference.
+    With this amount, the law gives the recorded control; it is found by Gauss-Newton steps. None
+    where these do not converge, where the clocks hardly differ, and for a constant reference.
 
     Parameters
     ----------
@@ -258,8 +264,8 @@ def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> flo
         return None
     rate, step = 0.0, _CLOCK_STEP / len(record)
     for _ in range(_CLOCK_STEPS):
-        here, moved = _with_clock(record, rate), _with_clock(record, rate + step)
-        steps, _slope = _asked_for(axis, law, here, moved)
+        current, changed = _with_clock(record, rate), _with_clock(record, rate + step)
+        steps, _ = _best_multiple(axis, law, current, changed)
         change = step * steps
         if not np.isfinite(change) or abs(rate + change) > _MOST_CLOCK:
             return None
@@ -270,7 +276,7 @@ def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> flo
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield records with reference, position or a signal shifted by one or two samples."""
+    """Yield shifts of reference, position or a signal by one or two samples."""
     for samples in (1, -1, 2, -2):
         for role in ("reference", "position", *sorted(map(str, law.signals))):
             moved = record.shifted(**{role: samples})
@@ -278,9 +284,9 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
 
 
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield records in which a common mistake in the columns is corrected.
+    """Yield corrections of common mistakes in the columns.
 
-    Position and reference may be exchanged; a test signal may enter at another point, have the
+    Position and reference may be exchanged. A test signal may enter at another point, have the
     opposite sign, or not enter at all.
     """
     reference, injected = np.asarray(record.reference), record.injected
@@ -291,11 +297,11 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
     if injected is None:
         return
     if record.injected_at == "control":
-        there = replace(record, injected_at="reference")
-        yield OtherTestSignal(change="added to the reference"), axis, law, there
+        moved = replace(record, injected_at="reference")
+        yield OtherTestSignal(change="added to the reference"), axis, law, moved
     else:
-        there = replace(record, injected_at="control")
-        yield OtherTestSignal(change="added to the control"), axis, law, there
+        moved = replace(record, injected_at="control")
+        yield OtherTestSignal(change="added to the control"), axis, law, moved
     opposite = replace(record, injected=-injected)
     yield OtherTestSignal(change="opposite sign"), axis, law, opposite
     if moves:
@@ -303,24 +309,26 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
 
 
 def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """Yield records with one column multiplied by the factor that fits the control best.
+    """Yield changes of the scale of a column: the factor that fits the control best.
 
-    Position and reference follow each other, so the factor is estimated where they are about equal:
-    far away the law may be at a limit of its own.
+    The control is linearised about a start value of the factor. For position and reference, it is
+    the value with which they are about equal, because the law may be at a limit of its own far away
+    from it; for a signal, it is 1.
     """
     columns, pair = record.channels(), ("position", "reference")
     covariance = np.cov([columns[role] for role in pair])
-    # Without a motion of the reference a test signal alone moves the axis.
-    scaled_roles = pair if np.ptp(columns["reference"]) else ()
-    near = {r: covariance[0, 1] / covariance[i, i] for i, r in enumerate(scaled_roles)}
+    # With a constant reference, a test signal alone moves the axis.
+    starts = {}
+    if np.ptp(columns["reference"]):
+        starts = {r: covariance[0, 1] / covariance[i, i] for i, r in enumerate(pair)}
     for role in (*pair, *sorted(map(str, law.signals))):
 
         def scaled(times: float, role: str = role) -> Record:
             """Return the record with the column multiplied by a factor."""
             return record.with_channels({**columns, role: times * columns[role]})
 
-        start = float(near.get(role, 1.0))
-        steps, _ = _asked_for(axis, law, scaled(start), scaled((1 + _STEP) * start))
+        start = float(starts.get(role, 1.0))
+        steps, _ = _best_multiple(axis, law, scaled(start), scaled((1 + _STEP) * start))
         times = start * (1 + _STEP * steps)
         if not np.isfinite(times):
             continue
@@ -335,8 +343,8 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
         yield repair, axis, law, scaled(times)
 
 
-def _asked_for(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, moved: Record
+def _best_multiple(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, changed: Record
 ) -> tuple[float, Array]:
     """Return the multiple of a small change of the record that fits the control best.
 
@@ -344,7 +352,7 @@ def _asked_for(
     ----------
     axis : GeneratedAxis
     law : ControlLaw
-    record, moved : Record
+    record, changed : Record
         The record without and with the small change.
 
     Returns
@@ -355,9 +363,10 @@ def _asked_for(
         Effect of the small change on the law's control, in the samples that count.
     """
     control, made, used, _ = compared_with_law(axis, law, record)
-    slope = (compared_with_law(axis, law, moved)[1] - made)[used]
-    power = float(slope @ slope)
-    return float(slope @ (control - made)[used]) / power if power > 0 else math.nan, slope
+    effect = (compared_with_law(axis, law, changed)[1] - made)[used]
+    power = float(effect @ effect)
+    multiple = float(effect @ (control - made)[used]) / power if power > 0 else math.nan
+    return multiple, effect
 
 
 def position_zero(
@@ -365,9 +374,9 @@ def position_zero(
 ) -> tuple[float, float | None] | None:
     """Return the offset of the recorded position from the one that the law read, and its effect.
 
-    The offset, SI, is the one that explains most of the residual of the law. Its effect is the
-    constant control with the same effect, or None for a law that integrates, which has no such
-    constant. None in place of both where an offset has no effect on the control.
+    The offset, SI, explains most of the residual of the law. The second number is the constant of
+    the control with the same effect; None for a law that integrates, which has no such constant.
+    None in place of both where an offset has no effect on the control.
 
     Parameters
     ----------
@@ -378,11 +387,12 @@ def position_zero(
         Record without gaps, with a reference and a control.
     """
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
-    steps, slope = _asked_for(axis, law, record, replace(record, position=record.position + step))
+    moved = replace(record, position=record.position + step)
+    steps, effect = _best_multiple(axis, law, record, moved)
     if not np.isfinite(steps):
         return None
-    mean = float(np.mean(slope))
-    is_constant = float(np.ptp(slope)) <= MAX_SCALE_ERROR.value * abs(mean)
+    mean = float(np.mean(effect))
+    is_constant = float(np.ptp(effect)) <= MAX_SCALE_ERROR.value * abs(mean)
     return -step * steps, mean * steps if is_constant else None
 
 
@@ -391,14 +401,21 @@ def explained_by_gains(
 ) -> tuple[OtherGains | OtherScale | None, GainRegression | None]:
     """Return the finding of other gains or another scale, and the regression with these gains.
 
-    Other gains are preferred; the finding then contains the scale too, because another gain may
+    Other gains are preferred. The finding then contains the scale too, because another gain may
     have the same effect as another scale of the recorded control. The finding is None where neither
     explains the control. The regression is None where no gains explain the control.
+
+    Parameters
+    ----------
+    by_gains : GainRegression
+        Regression of the residual on the gains, with the declared gains.
     """
     percent, declared = by_gains.percent, by_gains.along.law.gains
+    is_large = percent >= MAX_LAW_RESIDUAL.value
+    # The first of the smallest changes of gains that explains the control.
     changes = by_gains.least_change() if declared else ()
-    right = (e for e in changes if e.percent < MAX_LAW_RESIDUAL.value and not e.gains_off)
-    best, is_large = next(right, None), percent >= MAX_LAW_RESIDUAL.value
+    enough = (e for e in changes if e.percent < MAX_LAW_RESIDUAL.value and not e.gains_off)
+    best = next(enough, None)
     scale = None if by_gains.scale is None else _control_scale(by_gains.scale[0])
     if best is not None:
         return OtherGains(
@@ -431,7 +448,7 @@ def _control_scale(times: float) -> ControlScale:
 
 
 def _other_gains(change: GainRegression) -> tuple[OtherGain, ...]:
-    """Return the gains of a regression that have other values than declared."""
+    """Return the fitted gains of a regression, with their declared values."""
     declared, gains = change.along.law.gains, change.gains
     return tuple(
         OtherGain(name=name, value=gains[name], declared=float(declared[name]), times=float(times))

@@ -9,8 +9,8 @@ from typing import Literal
 
 from axisid.estimation.findings import Finding
 
-#: Samples of a record of uneven times that a law may have read: its rows, or its columns
-#: interpolated at even times.
+#: Samples that a law may have read of a record with uneven times: the rows of the record, or its
+#: columns interpolated at even times.
 Reading = Literal["sampled rows", "even times"]
 
 
@@ -21,10 +21,10 @@ class LawReproduced(Finding):
     Attributes
     ----------
     residual_percent : float
-        Percent of the recorded control.
+        Residual of the law, percent of the recorded control.
     open_percent : float or None
-        Part of the control that depends on values between the samples of the log, percent; None
-        for a law that reads the samples.
+        Uncertainty of the law's control by values between the samples of the log, percent of the
+        recorded control; None for a law that reads the samples.
     """
 
     residual_percent: float
@@ -33,16 +33,16 @@ class LawReproduced(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundByReading(Finding):
-    """Comparison with a law that read other samples than those of the record.
+    """Comparison of a law that read other samples than those of the record.
 
     Attributes
     ----------
     reading : {"sampled rows", "even times"}
         Samples that fit the control best.
     finding : Finding
-        Comparison of the law with these samples.
+        Finding of the comparison with these samples.
     recorded_percent : float or None
-        Residual with the samples of the record, percent; None where the law fails with either.
+        Residual with the samples of the record, percent; None where the law fails with both.
     """
 
     reading: Reading
@@ -63,16 +63,18 @@ class LateControl(Finding):
     is_at_least : bool
         Whether this is the largest shift that was tried.
     is_before_law : bool
-        Whether the control comes before the law could give it.
+        Whether the control comes earlier than any law could compute it.
     blame : {"law or log", "log", "position or reference", "law"}
-        Source of the error by the motion; "law or log" where the motion was not examined, or does
-        not show it.
+        Source of the error, which the motion shows: the law, the log of the control, or the log of
+        position or reference; "law or log" where the motion was not examined, or does not show the
+        source.
     delay : int or None
-        Delay to declare for the law, samples; None where no delay gives the control.
+        Delay to declare for the law, samples; None where no delay of the law explains the control.
     shift : int
-        Samples to move the control by, or the position or the reference; 0 for a wrong law.
+        Samples by which to shift the control, or the position or the reference; 0 for a wrong law.
     unknown : str
-        Reason why the motion does not show the source; empty where it was not examined.
+        Reason why the motion does not show the source; empty where the motion shows it, or was not
+        examined.
     """
 
     residual_percent: float
@@ -87,18 +89,18 @@ class LateControl(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConstantOrDrift(Finding):
-    """A constant or a drift of the recorded control next to the declared law.
+    """A constant or a drift of the recorded control in addition to the declared law.
 
     Attributes
     ----------
     residual_percent : float
-        Percent of the recorded control.
+        Residual of the law, percent of the recorded control.
     constant : float or None
         Constant of the control that the law does not have; None where it is not significant.
     drift : float or None
         Change of the residual over the record; None where it is not significant.
     unit : str
-        Unit of both: that of the drive.
+        Unit of both, which is that of the control.
     """
 
     residual_percent: float
@@ -119,7 +121,7 @@ class OtherGain:
     declared : float
         Declared value.
     times : float
-        Value relative to the declared one.
+        Value divided by the declared value.
     """
 
     name: str
@@ -137,7 +139,8 @@ class ControlScale:
     times : float
         The factor; negative for the opposite sign.
     units : (str, str) or None
-        Recorded unit and the unit that it was taken for, where such a factor is known.
+        Recorded unit, and the unit that it was taken for; None for a factor that no known pair of
+        units has.
     """
 
     times: float
@@ -151,7 +154,7 @@ class ControlDiffers(Finding):
     Attributes
     ----------
     residual_percent : float
-        Percent of the recorded control.
+        Residual of the law, percent of the recorded control.
     is_large : bool
         Whether the residual is beyond its threshold; otherwise only a factor of the law is wrong.
     """
@@ -192,7 +195,7 @@ class OtherScale(ControlDiffers):
     scale : ControlScale
         Scale of the recorded control.
     scaled_percent : float
-        Residual with the correct scale, percent.
+        Residual with the control divided by the scale, percent.
     """
 
     scale: ControlScale
@@ -211,7 +214,7 @@ class UnexplainedControl(ControlDiffers):
     Attributes
     ----------
     may_be_injected : bool
-        Whether a test signal that the record does not name may have been added.
+        Whether the cause may be a test signal that the record does not contain.
     """
 
     may_be_injected: bool
@@ -219,12 +222,15 @@ class UnexplainedControl(ControlDiffers):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawRepair(Finding):
-    """Base of changes of the record or of the law with which the law fits, see `RepairedLaw`."""
+    """Base of changes of the record, the law or the drive with which the law fits the control.
+
+    `RepairedLaw` contains the change, with the residuals without and with it.
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExchangedColumns(LawRepair):
-    """Position and reference, each of which is recorded as the other."""
+    """Position and reference that are exchanged in the record."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -234,7 +240,8 @@ class OtherTestSignal(LawRepair):
     Attributes
     ----------
     change : {"added to the control", "added to the reference", "opposite sign", "none"}
-        Change that fits the control: another place of addition, the other sign, or no test signal.
+        Change with which the law fits the control: another injection point, the opposite sign, or
+        no test signal.
     """
 
     change: Literal["added to the control", "added to the reference", "opposite sign", "none"]
@@ -249,11 +256,11 @@ class ScaledColumn(LawRepair):
     role : str
         Role of the column, or the name of a signal.
     times : float
-        Factor with which the law gives the recorded control.
+        Factor of the column with which the law gives the recorded control.
     column : str
         Name of the column in the log; ``NAME`` where it is unknown.
     unit : str or None
-        Usual unit that has this factor; None for no usual unit.
+        Usual unit that explains the factor; None where no unit does.
     """
 
     role: str
@@ -271,7 +278,7 @@ class MovedColumn(LawRepair):
     role : str
         Role of the column, or the name of a signal.
     samples : int
-        Shift to a later time with which the law fits; negative for an earlier time.
+        Shift of the column to later times, with which the law fits; negative for earlier times.
     """
 
     role: str
@@ -308,7 +315,7 @@ class MovedZero(LawRepair):
         Constant of the control with the same effect; None for a law that integrates.
     control_unit : str
     exceeds_limit : bool
-        Whether this constant is beyond the limit of the drive.
+        Whether this constant exceeds the limit of the drive.
     """
 
     position: float
@@ -321,12 +328,12 @@ class MovedZero(LawRepair):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OtherVelocity(LawRepair):
-    """A law that forms the velocity in another way than the declared one.
+    """A law that computes the velocity in another way than the declared law.
 
     Attributes
     ----------
     law : str
-        Name of the ready law with that velocity, which has the same gains.
+        Name of the law of the library with that velocity and the same gains.
     """
 
     law: str
@@ -343,7 +350,7 @@ class UndeclaredLimit(LawRepair):
     unit : str
         Unit of the limit: that of the drive.
     samples : int
-        Number of samples in which the law asks for more.
+        Number of samples in which the output of the law exceeds this limit.
     """
 
     limit: float
@@ -362,6 +369,7 @@ class RepairedLaw(Finding):
     repaired_percent : float
         Residual with the change, percent of the recorded control.
     repair : LawRepair
+        The change.
     """
 
     residual_percent: float
@@ -371,14 +379,14 @@ class RepairedLaw(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundGainsAgree(Finding):
-    """Gains of the recorded control that agree with those that a fit has found.
+    """Gains that fit the recorded control and agree with the gains that a fit has found.
 
     Attributes
     ----------
     finding : Finding
-        Comparison of the law with the gains of the control.
+        Finding of the comparison of the law with the gains that fit the control.
     gains : mapping of str to float
-        Gains of the control, by name.
+        Gains that fit the control, by name.
     standard_errors : float
         Joint distance from the gains of the fit, in standard errors.
     """
@@ -390,18 +398,19 @@ class FoundGainsAgree(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundGainsDiffer(Finding):
-    """Gains of the recorded control that differ from those that a fit has found.
+    """Gains that fit the recorded control and differ from the gains that a fit has found.
 
     Attributes
     ----------
     residual_percent : float or None
-        Residual of the law with the gains of the control, percent of the recorded control.
+        Residual of the law with the gains that fit the control, percent of the recorded control;
+        None where it is not known.
     gains : mapping of str to float
-        Gains of the control, by name.
+        Gains that fit the control, by name.
     found : mapping of str to float
         Gains of the fit, by name.
     standard_errors : float
-        Joint distance between both, in standard errors.
+        Joint distance between both sets of gains, in standard errors.
     """
 
     residual_percent: float | None
@@ -417,9 +426,9 @@ class LawOfSecondRecord(Finding):
     Attributes
     ----------
     result : {"estimates", "fit"}
-        Result that does not hold on the second record.
+        Kind of the result: estimates of identify, or a fit.
     finding : Finding
-        Comparison of the control of the second record with the law.
+        Finding of the comparison of the control of the second record with the law.
     """
 
     result: Literal["estimates", "fit"]

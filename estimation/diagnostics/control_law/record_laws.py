@@ -28,12 +28,12 @@ class RecordLaws(Uncached, Exact):
 
     @classmethod
     def of(cls, data: Sequence[FilteredRecord]) -> "RecordLaws":
-        """Return the comparison for the records of a problem."""
+        """Return the comparison of the law with each record of a problem; it is made when used."""
         return cls(tuple((each.axis, each.record) for each in data))
 
     @cached_property
     def agreements(self) -> tuple[LawAgreement | Missing, ...]:
-        """Agreement of each record with its law, or the reason why it cannot be checked."""
+        """Comparison of the law with each record, or the reason why it is unavailable."""
         return tuple(
             unless_faulty(partial(law_agreement, axis, record)) for axis, record in self.records
         )

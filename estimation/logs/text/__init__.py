@@ -1,4 +1,4 @@
-"""Delimited text, its dialect guessed.
+"""Reading of delimited text of any dialect.
 
 In: the bytes of a file. Out: `Table`. Knows nothing of axes and roles.
 """

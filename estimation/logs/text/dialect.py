@@ -1,6 +1,6 @@
-"""Guess the dialect of a table in a text: separator, decimal mark, header, units, first data row.
+"""Dialect of a table in a text: separator, decimal mark, header, units and first data row.
 
-A dialect is guessed only if it fits the text better than any other.
+The dialect is the one that fits the first lines of the text best.
 """
 
 import csv
@@ -17,8 +17,9 @@ from .time_stamps import is_stamp
 
 #: Separators in the order of preference where several fit; None is any run of blanks.
 _SEPARATORS = (";", "\t", ",", "|", None)
-_SAMPLE = 400  # lines looked at
+_SAMPLE = 400  # number of first lines from which the dialect is found
 _MOST_COLUMNS = 10_000
+#: Names of separators, for the user.
 _NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
 #: Text of a spreadsheet for a missing number, `#N/A` or `#DIV/0!`, before another cell.
 _SHEET_ERROR = re.compile(r"\s*#(N/A|NV|[^\W\d_a-z]+(/0)?[!?])\s*[;\t,| ]")
@@ -30,8 +31,10 @@ _NUMBERS = tuple(
     )
     for mark in (r"\.", ",")
 )
+#: Pattern of a number in which a comma may separate thousands.
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 
+#: Number of a line in the file, and its text.
 Line = tuple[int, str]
 
 
@@ -67,7 +70,7 @@ class Dialect:
 
 
 def how_written(separator: str | None, *, comma: bool) -> str:
-    """Return a text on separator and decimal mark, for the user."""
+    """Return a text on separator and decimal mark, such as ``separator comma, decimal point``."""
     named = _NAMED.get(separator, repr(separator))
     return f"separator {named}, decimal {'comma' if comma else 'point'}"
 
@@ -75,8 +78,8 @@ def how_written(separator: str | None, *, comma: bool) -> str:
 def split_cells(line: str, separator: str | None, width: int | None = None) -> list[str]:
     """Return the cells of a line, stripped.
 
-    If `width`, the number of columns of the table, is given, an empty cell after a last separator
-    is left out.
+    `separator` is None for any run of blanks. If the number of columns (`width`) is given, an empty
+    cell after a last separator is left out.
     """
     if separator is None:
         return line.replace('"', "").split()
@@ -96,28 +99,30 @@ def is_comment(line: str) -> bool:
 
 
 def is_number(cell: str, *, comma: bool = False) -> bool:
-    """Return True if a cell is a number with a decimal point, or with a decimal comma (`comma`)."""
+    """Return True if a cell is a number with a decimal point; with a decimal comma if `comma`."""
     return bool(_NUMBERS[comma].fullmatch(cell))
 
 
 def sniff(source: str, lines: list[Line]) -> Dialect:
     """Return the dialect of the filled lines of a file.
 
-    Separator, decimal mark and width are those that fit the first lines best; header and units are
-    then taken from the lines above the data.
+    First the separator, decimal mark and number of columns that fit the first lines best are found.
+    Then header and units are read from the lines above the data, and the decimal mark is decided
+    from later lines if the first lines leave it open.
 
     Parameters
     ----------
     source : str
         File name, for messages.
     lines : list of (int, str)
-        Line numbers and texts.
+        Line numbers and texts of the filled lines.
 
     Raises
     ------
     DataError
-        There is no table, or it can be read in two ways.
+        There is no table, or the text is ambiguous.
     """
+    # The first lines that are not comments, with their indices.
     sample = [(i, line) for i, (_, line) in enumerate(lines[:_SAMPLE]) if not is_comment(line)]
     longest = max((line for _, line in sample), key=len, default="")
     width = max(len(longest.split(separator)) for separator in _SEPARATORS)
@@ -126,21 +131,23 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         (
             len(sample) < 2,
             f"{source}: the text has {len(sample)} filled lines, but a header row and samples are "
-            "expected",
+            "expected. Export the log again, or give another file",
         ),
         (
-            width > _MOST_COLUMNS,  # which takes minutes to look at, and is no sample
+            width > _MOST_COLUMNS,  # a line this long is not a sample, and would take minutes
             f"{source}: a line has {width} cells. A log has at most {_MOST_COLUMNS} columns and "
             "one sample per row. Transpose the table if it has one column per sample",
         ),
         code="log-text",
     )
     separator, comma, width, first, *_ = _best(source, sample)
+    # Header and units.
     header, units, note = _header(
         source, lines, [i for i, _ in sample if i < first], first, separator, width
     )
     split = split_labels(header)
     names = [name for name, _ in split]
+    # Decimal mark: a comma is one if numbers have commas, and no number has a point.
     body = [line for i, line in sample if i >= first]
     if not comma and separator != ",":
         body = _until_decided(lines, body, separator)
@@ -159,7 +166,7 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         (
             all(is_number(name) for name in names),
             f"{source}: the first row has numbers ({', '.join(names[:4])}) instead of names. Write "
-            "the names of the columns above it",
+            "the names of the columns above the first row",
         ),
         (
             marked and all(_THOUSANDS.fullmatch(cell) for cell in marked),
@@ -172,7 +179,7 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         separator=separator,
         comma=comma,
         names=tuple(names),
-        # A unit in the row of units goes before the header's.
+        # A unit in the row of units is used instead of a unit in the header.
         units=tuple(
             u.strip("[]()- ") or head_unit for u, (_, head_unit) in zip(units, split, strict=True)
         ),
@@ -183,7 +190,7 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
 
 
 class _Reading(NamedTuple):
-    """One dialect of the first lines of a text, with its quality of fit.
+    """A possible dialect of the first lines of a text, with its quality of fit.
 
     Attributes
     ----------
@@ -211,7 +218,7 @@ class _Reading(NamedTuple):
 
 
 def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
-    """Return the dialect that fits the first lines best.
+    """Return the reading of the first lines whose dialect fits best.
 
     Parameters
     ----------
@@ -227,7 +234,7 @@ def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     """
     quoted = any('"' in line for _, line in sample)
     tried = [
-        _read(sample, separator, comma)
+        _reading(sample, separator, comma)
         for separator in _SEPARATORS
         for comma in (False, True)
         if quoted or (separator, comma) != (",", True)
@@ -235,21 +242,35 @@ def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     readings = [reading for reading in tried if reading is not None]
     if not readings:
         raise DataError(
-            f"{source}: no table of numbers was found in the first {len(sample)} filled lines. A "
-            "header row with rows of numbers below it is expected, separated by comma, semicolon, "
-            "tab, bar or blanks.",
+            f"{source}: no table of numbers was found in the first {len(sample)} filled lines. "
+            "Export the log with a header row and rows of numbers below it, separated by comma, "
+            "semicolon, tab, bar or blanks.",
             code="log-text",
         )
     if any(reading.width > 1 and reading.fit[1] for reading in readings):
         # A comma that fits a header of several names is no decimal mark of one column.
         readings = [r for r in readings if r.width > 1 or not r.comma]
+    # Compare the readings with nearly the largest number of rows by their fit.
     enough = 0.9 * max(reading.table_rows for reading in readings)
     readings = [reading for reading in readings if reading.table_rows >= enough]
     return max(readings, key=lambda reading: reading.fit)  # the first of equals
 
 
-def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> _Reading | None:
-    """Return the first lines as read with a separator and a decimal mark; None for no table."""
+def _reading(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> _Reading | None:
+    """Return the reading of the first lines with a separator and a decimal mark.
+
+    None if no row of numbers is found.
+
+    Parameters
+    ----------
+    sample : list of (int, str)
+        Indices and texts of the first filled lines.
+    separator : str or None
+        Separator of the cells; None for any run of blanks.
+    comma : bool
+        True if numbers have a decimal comma.
+    """
+    # Cells of each line, and a flag for each cell that is a number.
     rows = [(i, split_cells(line, separator)) for i, line in sample]
     numbers = [[is_number(cell, comma=comma) for cell in cells] for _, cells in rows]
     # In a line with a number, time stamps count as numbers.
@@ -257,6 +278,7 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
         [of or (any(flags) and is_stamp(cell)) for of, cell in zip(flags, cells, strict=True)]
         for flags, (_, cells) in zip(numbers, rows, strict=True)
     ]
+    # Share of numbers among the filled cells, and number of cells, of each line.
     shares = [
         (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
         for (_, cells), flags in zip(rows, numeric, strict=True)
@@ -265,9 +287,10 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
     tabular = [width for share, width in shares if share >= least]
     if not tabular:
         return None
+    # The rows of the table have the most frequent number of cells.
     width = Counter(tabular).most_common(1)[0][0]
     body = [k for k, (share, w) in enumerate(shares) if share >= least and w == width]
-    # The data begin at two such rows in succession; a single row above is not part of the table.
+    # The data begin at two rows of the table in succession; a single row above is not part of it.
     begin = next((k for k in body if k + 1 in body), body[0])
     flags = [flag for row in numeric[begin:] for flag in row]
     cells = [c for _, row in rows[begin:] for c in row]
@@ -301,7 +324,8 @@ def _header(
 ) -> tuple[list[str], list[str], str]:
     """Return the cells of the header and of a row of units, and a note on lines above them.
 
-    The units are empty without a row of units. The note is empty without lines above the header.
+    The units are empty texts without a row of units. The note is empty without lines above the
+    header. A comment is the header if there is no other line above the data.
 
     Parameters
     ----------
@@ -314,12 +338,18 @@ def _header(
     first : int
         Index of the first row of data.
     separator : str or None
+        Separator of the cells; None for any run of blanks.
     width : int
         Number of columns.
+
+    Raises
+    ------
+    DataError
+        The header has another number of cells than the rows.
     """
 
     def cells(index: int) -> list[str]:
-        """Return the cells of a filled line without marks of a comment."""
+        """Return the cells of a filled line, by its index, without marks of a comment."""
         return split_cells(lines[index][1].lstrip("#%/ "), separator, width)
 
     commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
@@ -328,7 +358,7 @@ def _header(
         return (
             [f"#{k}" for k in range(1, width + 1)],
             [""] * width,
-            "no header row, so columns are named by their numbers",
+            "there is no header row, so columns are named by their numbers",
         )
     header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
     if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
@@ -336,17 +366,20 @@ def _header(
     if len(header) != width:
         raise DataError(
             f"{source}, line {lines[used[0]][0]}: the header names {len(header)} columns "
-            f"({', '.join(header[:6])}), but the rows have {width}. Correct the header row. If "
-            "numbers have a decimal comma, separate the columns by semicolon or tab.",
+            f"({', '.join(header[:6])}), but the rows have {width} cells. Correct the header row. "
+            "If numbers have a decimal comma, separate the columns by semicolon or tab.",
             code="log-text",
         )
-    note = f"header in line {lines[used[0]][0]}, lines above it ignored"
+    note = f"the header is in line {lines[used[0]][0]}, and the lines above it are ignored"
     skipped = used[0] > (0 if above else len(commented) - 1)
     return header, units, note if skipped else ""
 
 
 def _is_unit_row(cells: list[str]) -> bool:
-    """Return True for a row of units: most cells are units, or marks of none such as `-`, `[]`."""
+    """Return True for a row of units, in which half of the cells or more are units.
+
+    Cells that mark a missing unit, such as `-` and `[]`, are not counted.
+    """
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
     units = sum(is_unit(c) and not is_number(c) for c in filled)
     return any(cells) and 2 * units >= len(filled)
@@ -367,7 +400,7 @@ def _until_decided(lines: list[Line], body: list[str], separator: str | None) ->
 
 
 def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
-    """Return the cells of rows that are numbers with a decimal mark, a point or a comma."""
+    """Return the cells that are numbers with a given decimal mark, from the texts of rows."""
     marked = (line.replace('"', "") for line in body if mark in line)
     cells = (cell.strip() for line in marked for cell in line.split(separator))
     return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]

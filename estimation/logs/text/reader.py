@@ -1,6 +1,6 @@
-"""Reading of delimited text of any dialect, which `dialect` guesses.
+"""Reading of delimited text, whose dialect is found by `dialect`.
 
-Lines at the end may be no rows: a line that was truncated when the logger stopped, or a footer.
+Lines at the end may not be rows: a line that was truncated when the logger stopped, or a footer.
 """
 
 from collections.abc import Sequence
@@ -17,8 +17,8 @@ from .dialect import Dialect, Line, is_comment, is_number, sniff, split_cells
 from .time_stamps import TimeStampError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
 
-#: Advice to leave out incomplete lines at the end.
-_DROP_TAIL = ', or leave out the end of the log with tail = "drop" in run.toml'
+#: Instruction to leave out incomplete lines at the end, a sentence.
+_DROP_TAIL = 'To leave out lines at the end of the log, set tail = "drop" in run.toml.'
 _NEIGHBOURS = 20  # number of lines above the last with which its last number is compared
 
 _LABVIEW_END = "***End_of_Header***"
@@ -37,13 +37,14 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: 
         True if incomplete lines at the end may be left out. A truncated last number is always left
         out.
     endings : str
-        Endings of the formats that are no text, for messages.
+        Endings of the formats that are not text, for messages.
 
     Raises
     ------
     DataError
-        The file is no text, or has no table.
+        The file is not text, or has no table.
     """
+    # Filled lines with their numbers; exports of TwinCAT and LabVIEW have headers of their own.
     text, encoding = _decoded(source, content, endings)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     notes = (f"encoding {encoding}",) if encoding != "utf-8-sig" else ()
@@ -53,6 +54,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: 
     if lines and lines[0][1].startswith("LabVIEW Measurement"):
         lines, more = _plain_lines(source, lines)
         notes = (*more, *notes)
+    # Rows, without a truncated last line, and without other incomplete lines if this is allowed.
     dialect = sniff(source, lines)
     body = [line for line in lines[dialect.first :] if not is_comment(line[1])]
     whole = len(body) - (not text.endswith(("\n", "\r")) and is_cut(body, dialect))
@@ -71,15 +73,15 @@ def _decoded(source: str, content: bytes, endings: str) -> tuple[str, str]:
     """Return the text of a file, and its assumed encoding.
 
     The encoding is UTF-8, with or without a byte order mark; UTF-16 by its mark or by its zero
-    bytes; otherwise Windows-1252. `endings` are those of formats that are no text, for messages.
+    bytes; otherwise Windows-1252. `endings` are those of formats that are not text, for messages.
 
     Raises
     ------
     DataError
-        The file has none of these encodings, or has zero bytes that are not those of UTF-16.
+        The file has none of these encodings, or has zero bytes and is not UTF-16.
     """
     even, odd = content[:2000:2].count(0), content[1:2000:2].count(0)
-    encodings = ["utf-8-sig", "cp1252"]  # a mark is no part of the text
+    encodings = ["utf-8-sig", "cp1252"]  # the byte order mark is not part of the text
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings = ["utf-16"]
     elif max(even, odd) > 0.3 * len(content[:2000]) / 2:  # zeros of every second byte
@@ -99,8 +101,9 @@ def _decoded(source: str, content: bytes, endings: str) -> tuple[str, str]:
 def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, RawColumn]:
     """Return the columns of lines of text by name.
 
-    An empty cell is NaN. A column of time stamps has seconds from the first one. Any other column
-    with text is refused when it is used; the error names its first such cell.
+    An empty cell is NaN. Time stamps become seconds from the first time stamp. Any other column
+    with text gets an error, which names its first cell with text and is raised when the column is
+    used.
 
     Parameters
     ----------
@@ -115,7 +118,8 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     DataError
         The number of cells of a row is not the number of columns of the header.
     """
-    first = dialect.cells(lines[0][1])  # a column is text if its first cell is
+    # Parse the columns whose first cell is a number; if that fails, all cells are split below.
+    first = dialect.cells(lines[0][1])
     text = {k for k, c in enumerate(first) if c and not is_number(c, comma=dialect.comma)}
     numeric = [k for k in range(len(dialect.names)) if first and k not in text]
     values = _parse([line for _, line in lines], dialect, numeric)
@@ -125,7 +129,7 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
             raise DataError(
                 f"{source}, line {number}: the line has {len(cells)} cells, but the header names "
                 f"{len(dialect.names)} columns ({', '.join(dialect.names)}). Remove or correct the "
-                f"line{_DROP_TAIL}.",
+                f"line. {_DROP_TAIL}",
                 code="log-text",
             )
     columns = {}
@@ -134,7 +138,8 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
             column = RawColumn(samples=Samples(values=values[:, numeric.index(k)]))
         else:
             split = (line.split(dialect.separator, k + 1)[k].strip() for _, line in lines)
-            column = _of_cells(source, lines, dialect, k, [row[k] for row in rows] or [*split])
+            cells = [row[k] for row in rows] or [*split]
+            column = _column_of_cells(source, lines, dialect, k, cells)
         columns[name or f"#{k + 1}"] = replace(
             column, unit=column.unit or dialect.units[k], label=dialect.labels[k]
         )
@@ -142,15 +147,16 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
 
 
 def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | None:
-    """Return some columns of rows, (n, c), by NumPy's parser; None if it cannot parse them.
+    """Return some columns of rows as numbers, (n, c); None if NumPy's parser cannot parse them.
 
-    `numeric` are the indices of the columns.
+    `lines` are the texts of the rows, `numeric` the indices of the columns.
     """
     delimiter, width = dialect.separator, len(dialect.names)
     separators = lines[0].count(delimiter) if delimiter else width - 1
-    some = len(numeric) < width or separators == width
-    # Cells beyond those that are asked for are not looked at, so they are counted here.
-    if some and (
+    # Columns must be selected if some are text, or if rows end with a separator. The parser ignores
+    # the cells of other columns, so the number of cells of each row is checked here.
+    is_selection = len(numeric) < width or separators == width
+    if is_selection and (
         not numeric
         or delimiter is None
         or any('"' in line or line.count(delimiter) != separators for line in lines)
@@ -167,20 +173,21 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
             ndmin=2,
             comments=None,
             quotechar='"',
-            usecols=numeric if some else None,
+            usecols=numeric if is_selection else None,
         )
     except ValueError:
         return None
     return values if values.shape[1] == len(numeric) else None
 
 
-def _of_cells(
+def _column_of_cells(
     source: str, lines: list[Line], dialect: Dialect, k: int, cells: list[str]
 ) -> RawColumn:
-    """Return a column, by its index k, from its cells: numbers, time stamps, or an error.
+    """Return the column with index k from its cells: numbers, time stamps, or an error.
 
     The error is that of a column with text, which is raised when the column is used.
     """
+    # The first cell that is not a number.
     comma, why = dialect.comma, ""
     row = next((i for i, c in enumerate(cells) if c and not is_number(c, comma=comma)), None)
     if row is None:
@@ -195,13 +202,15 @@ def _of_cells(
         except TimeStampError as error:
             row, why = error.row or row, error.why
     reason = (
-        f"is not a readable time stamp: {why}. Export the log with time stamps such as 2026-02-01 "
-        "12:00:00.250."
-        if why
-        else f"is not a number (decimal {'comma' if comma else 'point'}) or a time stamp such as "
+        f"is not a number (decimal {'comma' if comma else 'point'}) or a time stamp such as "
         "2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Correct the cell, remove "
-        f"the line, or choose another column{_DROP_TAIL}."
+        f"the line, or choose another column. {_DROP_TAIL}"
     )
+    if why:
+        reason = (
+            f"is not a readable time stamp: {why}. Export the log with time stamps such as "
+            "2026-02-01 12:00:00.250."
+        )
     where = f"{source}, line {lines[row][0]}: {cells[row]!r} in column {dialect.names[k]!r}"
     return RawColumn(samples=DataError(f"{where} {reason}", code="log-text"))
 
@@ -216,13 +225,15 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     DataError
         The headers of the file have no end, or no names of columns follow.
     """
+    # The table is below the last line that ends a header.
     ends = [k for k, (_, line) in enumerate(lines[:200]) if line.startswith(_LABVIEW_END)]
     if not ends or ends[-1] + 1 >= len(lines):
         raise DataError(
             f"{source}: the LabVIEW measurement file has no samples below its headers, which end "
-            f"with {_LABVIEW_END}.",
+            f"with {_LABVIEW_END}. Export the log again.",
             code="log-text",
         )
+    # Separator and units are in the header.
     head = [line for _, line in lines[: ends[-1]]]
     separators = (line[len(_SEPARATOR) :][:1] for line in head if line.startswith(_SEPARATOR))
     separator = next(separators, "\t")
@@ -236,7 +247,7 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
         body = [(k, separator.join(row.split(separator)[: len(names)])) for k, row in body]
     heads = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
     return [(number, separator.join(heads)), *body], (
-        "LabVIEW measurement file, headers and comments ignored",
+        "LabVIEW measurement file, whose headers and comments are ignored",
     )
 
 
@@ -247,7 +258,7 @@ def complete_lines(lines: list[Line], dialect: Dialect) -> int:
     above it does not have. All lines are returned if more than fifty at the end are incomplete.
     """
     kinds = [_kind(cell, dialect) for cell in dialect.cells(lines[0][1])]
-    # More unlike lines than fifty are another table.
+    # More than fifty lines of another kind are another table.
     rows = [dialect.cells(line) for _, line in lines[-51:]]
     for k in range(len(rows) - 1, 0, -1):
         same_width = any(rows[k]) and len(rows[k]) == len(kinds)
@@ -262,26 +273,28 @@ def complete_lines(lines: list[Line], dialect: Dialect) -> int:
 def is_cut(lines: list[Line], dialect: Dialect) -> bool:
     """Return True if the last line, which has no line end, is probably truncated.
 
-    Its last number is then shorter than those of all lines above that are compared.
+    Its last number is then shorter than the last numbers of the 20 lines above it. False if there
+    are fewer lines, or if the line has a wrong number of cells.
     """
     rows = [dialect.cells(line) for _, line in lines[-_NEIGHBOURS - 1 :]]
     if len(rows) <= _NEIGHBOURS or any(len(row) != len(dialect.names) for row in rows):
-        return False  # cut off in another cell, which shows, or too few to tell
+        return False
     *above, last = (len(row[-1].lstrip("+-")) for row in rows)
     return 0 < last < min(above)
 
 
 def left_out(lines: list[Line]) -> Repair:
-    """Return the repair that reports lines at the end that are left out."""
+    """Return the repair that reports the lines at the end that are left out, which may be none."""
     if not lines:
         return Repair(kind="tail", count=0, text="no incomplete lines at the end")
     number, line = lines[0]
-    what = "line" if len(lines) == 1 else "lines"
+    what, are = ("line", "is") if len(lines) == 1 else ("lines", "are")
     excerpt = f"{line.strip()[:40]}..." if len(line.strip()) > 40 else line.strip()
     return Repair(
         kind="tail",
         count=len(lines),
-        text=f"{len(lines)} incomplete {what} at the end left out, from line {number}: {excerpt!r}",
+        text=f"{len(lines)} incomplete {what} at the end {are} left out, from line {number}: "
+        f"{excerpt!r}",
     )
 
 

@@ -1,4 +1,4 @@
-"""Conversion of time stamps to seconds from the first one; ambiguous time stamps are refused."""
+"""Conversion of time stamps to seconds from the first time stamp; ambiguous ones are refused."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -19,18 +19,18 @@ _STAMP = re.compile(
     r"(?:\s*(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?|[A-Z]{3,4}|[A-Z]\w+(?:/[\w+-]+){1,2}))?"
     r"(?:\[[\w/+-]+\])?"
 )
-_AHEAD = re.compile(r"([+-])(\d\d):?(\d\d)?")  # of UTC
+_UTC_OFFSET = re.compile(r"([+-])(\d\d):?(\d\d)?")
 
 
 class TimeStampError(ValueError):
-    """Cells that are no time stamps of one kind.
+    """Error of cells that are not time stamps of one format.
 
     Attributes
     ----------
     row : int
-        Index of the first cell that is no time stamp.
+        Index of the first cell that is not a time stamp; 0 if the formats of cells differ.
     why : str
-        Reason, if the cell is similar to a time stamp; empty for a text.
+        Reason, if the cell is similar to a time stamp; empty for another text.
     """
 
     def __init__(self, row: int, why: str = "") -> None:
@@ -47,7 +47,10 @@ def is_stamp(cell: str) -> bool:
 
 
 def _groups(cell: str) -> tuple[str, ...] | None:
-    """Return date, hour, minute, second, fraction, am or pm, and zone; None for another cell."""
+    """Return date, hour, minute, second, fraction, am or pm, and zone of a time stamp as texts.
+
+    A missing part is empty. None for a cell that is not a time stamp.
+    """
     match = _STAMP.fullmatch(cell)
     if match is None:
         return None
@@ -57,7 +60,7 @@ def _groups(cell: str) -> tuple[str, ...] | None:
 
 
 def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
-    """Return seconds from the first time stamp, (N,), and a note on assumptions.
+    """Return the seconds from the first time stamp, (N,), and a note on assumptions.
 
     Empty cells are NaN. Dates are ``2026-02-01``, ``2026/02/01``, ``1.2.2026`` (the day first), and
     ``02/01/2026`` if only one order of day and month fits, or all stamps have one date. Zones such
@@ -67,22 +70,25 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     Raises
     ------
     TimeStampError
-        A cell is no time stamp, a day does not exist, the formats differ, or the order of day and
-        month is ambiguous.
+        A cell is not a time stamp, a day does not exist, the formats differ, or the order of day
+        and month is ambiguous.
     """
+    # Parts of the filled cells.
     filled = [k for k, cell in enumerate(cells) if cell]
     groups = [_groups(cells[k]) for k in filled]
     if None in groups:
         raise TimeStampError(filled[groups.index(None)])
     stamps = [parts for parts in groups if parts]
+    # All stamps must have one format, and the same zone if it is a name.
     dates, *_, halves, zones = zip(*stamps, strict=True)
-    named = any(
-        not (zone in ("", "Z", "UTC", "GMT") or _AHEAD.fullmatch(zone))
+    has_named_zone = any(
+        not (zone in ("", "Z", "UTC", "GMT") or _UTC_OFFSET.fullmatch(zone))
         for zone in dict.fromkeys(zones)
     )
     for part in (dates, halves, zones):
-        if ("" in part and any(part)) or (part is zones and named and len({*zones}) > 1):
+        if ("" in part and any(part)) or (part is zones and has_named_zone and len({*zones}) > 1):
             raise TimeStampError(0, "the column mixes several formats of time stamps")
+    # Days, and nanoseconds since midnight.
     order, note = _order(dict.fromkeys(dates))
     numbers = {}
     for text in dict.fromkeys(dates):
@@ -104,19 +110,27 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
 def _since_midnight(
     hour: str, minute: str, second: str, fraction: str, half: str, zone: str
 ) -> int:
-    """Return nanoseconds since midnight; of UTC if the zone gives the offset from UTC."""
+    """Return the nanoseconds since midnight from the parts of a time stamp.
+
+    It is midnight in UTC if the zone is an offset from UTC. `half` is am, pm or empty.
+    """
     hours = int(hour) % 12 + 12 * (half.lower() == "pm") if half else int(hour)
     seconds = hours * 3600 + int(minute) * 60 + int(second or "0")
-    if ahead := _AHEAD.fullmatch(zone):
-        sign, zone_hours, zone_minutes = ahead.groups("0")
+    if offset := _UTC_OFFSET.fullmatch(zone):
+        sign, zone_hours, zone_minutes = offset.groups("0")
         seconds -= int(f"{sign}1") * (int(zone_hours) * 3600 + int(zone_minutes) * 60)
     return seconds * _SECOND + int(fraction.ljust(9, "0"))
 
 
 def _order(dates: Iterable[str]) -> tuple[str, str]:
-    """Return ``day`` or ``month``, the one that comes first in dates with slashes, and a note.
+    """Return the part that comes first in dates with slashes, ``day`` or ``month``, and a note.
 
     The note is empty if no assumption was needed.
+
+    Raises
+    ------
+    TimeStampError
+        The dates do not show which part comes first.
     """
     slashed = {tuple(map(int, text.split("/"))) for text in dates if text.find("/") in (1, 2)}
     day_first = any(first > 12 for first, _, _ in slashed)

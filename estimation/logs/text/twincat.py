@@ -2,9 +2,10 @@
 
 The headers are rows of a label and its value, repeated for every channel (``Name``, ``Data-Type``,
 ``SampleTime[ms]``, ``Unit``, ...); the settings of the export determine which rows there are. Below
-them are columns. A time column, in milliseconds or in units of 100 ns since 1601, precedes each
-channel (`Timelines: All`) or each group of channels with one sample time. Channels that were
-sampled less often end earlier: their cells are empty, or repeat the last time and value.
+the headers are the columns of numbers. A time column, in milliseconds or in units of 100 ns since
+1601, precedes each channel (`Timelines: All`) or each group of channels with one sample time.
+Channels that were sampled less often end earlier: their cells are empty, or repeat the last time
+and value.
 """
 
 from collections.abc import Sequence
@@ -32,16 +33,19 @@ _LABELS = frozenset(
 
 
 class _Channel(NamedTuple):
-    """A channel: its name and unit, and the indices of its columns of values and of times."""
+    """A channel, by name and unit, with the indices of its columns of values and of times."""
 
     name: str
     unit: str
-    value: int  # column
-    time: int  # column
+    value: int
+    time: int
 
 
 def is_twincat(lines: Sequence[Line]) -> bool:
-    """Return True if filled lines are an export of TwinCAT Scope, by their beginning."""
+    """Return True if the filled lines of a text are an export of TwinCAT Scope.
+
+    The first labels, and the rows of the header, decide.
+    """
     if not lines or not lines[0][1].startswith((_NAME, "File")):
         return False
     separator = lines[0][1][len(_NAME) : len(_NAME) + 1]
@@ -51,16 +55,19 @@ def is_twincat(lines: Sequence[Line]) -> bool:
     names = [cells for cells in heads if cells[0] == _NAME]
     labels = {cells[0] for cells in heads}
     return bool(names) and bool(
-        labels & {"SampleTime[ms]", "Starttime of export"}  # which no other text has
+        labels & {"SampleTime[ms]", "Starttime of export"}  # no other text has these labels
         or names[-1].count(_NAME) > 1
         or (len(labels & _LABELS) > 1 and heads[-1][0] in _LABELS)
     )
 
 
 def _heads(lines: Sequence[str], separator: str) -> list[list[str]]:
-    """Return the cells of the header: of all lines before the first that begins with a number."""
-    cells = (line.rstrip("\r\n").split(separator) for line in lines)
-    return [*takewhile(lambda c: not is_number(c[0].strip().replace(",", ".")), cells)]
+    """Return the cells of each line of the header: all lines above the first number.
+
+    The header ends above the first line that begins with a number.
+    """
+    rows = (line.rstrip("\r\n").split(separator) for line in lines)
+    return [*takewhile(lambda row: not is_number(row[0].strip().replace(",", ".")), rows)]
 
 
 def read_twincat(source: str, lines: Sequence[Line]) -> Table:
@@ -71,7 +78,7 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     source : str
         File name, for messages.
     lines : sequence of (int, str)
-        The filled lines with their numbers.
+        Numbers and texts of the filled lines.
 
     Raises
     ------
@@ -82,8 +89,8 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     heads = _heads([line for _, line in lines], separator)
     if len(heads) == len(lines):
         raise DataError(
-            f"{source}: the export of TwinCAT Scope has no samples below its headers. Export it "
-            "again.",
+            f"{source}: the export of TwinCAT Scope has no samples below its headers. Export the "
+            "log again.",
             code="log-text",
         )
     body = [line for line in lines[len(heads) :] if line[1].strip() != "EOF"]
@@ -103,7 +110,16 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
 
 
 def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
-    """Return the channels of the header; a cell that repeats the label marks a time column."""
+    """Return the channels of the header.
+
+    In the row of names, a cell with the label `Name` marks a time column; the channels after it
+    have these times.
+
+    Raises
+    ------
+    DataError
+        There are no channels.
+    """
     last = max(i for i, cells in enumerate(heads) if cells[0] == _NAME)
     rows = {cells[0]: cells for cells in heads[last:]}
     channels: list[_Channel] = []
@@ -116,7 +132,10 @@ def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
             unit = attributes.get("Unit", "").partition("(")[0].strip()
             channels.append(_Channel(name.strip(), unit, value=k, time=time))
     if not channels:
-        raise DataError(f"{source}: the export of TwinCAT Scope names no channels.")
+        raise DataError(
+            f"{source}: the export of TwinCAT Scope names no channels. Export the log with the "
+            "names of its channels."
+        )
     return channels
 
 
@@ -130,8 +149,13 @@ def _values(
 ) -> list[Array]:
     """Return all columns, (N,) each, with NaN for empty cells.
 
-    Times since 1601 are converted to milliseconds from the first one. `comma` is True for a decimal
-    comma.
+    Times since 1601 are converted to milliseconds from the first time. `comma` is True for a
+    decimal comma.
+
+    Raises
+    ------
+    DataError
+        A row has too many cells, or a cell that is not a number.
     """
     width, times = 1 + max(c.value for c in channels), {c.time for c in channels}
     rows: list[list[float]] = []
@@ -145,18 +169,21 @@ def _values(
                 "or semicolon.",
                 code="log-text",
             )
+        # Missing cells at the end of a row are empty too.
         cells = [*(cell.strip() or "nan" for cell in cells[:width]), *["nan"] * width][:width]
         try:
             row = [*map(float, cells)]
             if not rows and row[0] >= 1e15:
                 start = Decimal(cells[0])
-            if start:  # 64 bits of a double are too few for units of 100 ns, not for a difference
+            if start:  # a double is exact enough for a difference of such times only
                 for k in times:
                     row[k] = float(Decimal(cells[k]) - start) * 1e-7 / 1e-3
         except ValueError as error:
             wrong = next(cell for cell in cells if not is_number(cell))
             raise DataError(
-                f"{source}, line {number}: {wrong!r} is not a number.", code="log-text"
+                f"{source}, line {number}: {wrong!r} is not a number. Correct the cell, or remove "
+                "the line.",
+                code="log-text",
             ) from error
         rows.append(row)
     return list(np.array(rows).T)
@@ -165,15 +192,15 @@ def _values(
 def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> RawColumn:
     """Return the column of a channel with its times, s.
 
-    Rows are left out in which both cells are empty, or repeat the last time and value. A row that
-    lacks only its value or its time is kept; it is reported when the column is used.
+    Rows in which both cells are empty, or repeat the last time and value, are left out. A row in
+    which only the value or only the time is empty is kept, and reported when the column is used.
     """
     repeated = (np.diff(samples, prepend=np.nan) == 0) & (np.diff(clock, prepend=np.nan) == 0)
     dropped = repeated | (np.isnan(samples) & np.isnan(clock))
     if dropped.any():  # columns of one clock share its array
         samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
-    note = f"{name}: {count} repetitions of its last time and value left out" if count else ""
+    note = f"{name}: {count} repetitions of the last time and value are left out" if count else ""
     return RawColumn(
         samples=Samples(values=samples, clock=clock),
         unit=channel.unit,

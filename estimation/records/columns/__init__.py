@@ -1,7 +1,7 @@
 """Assignment of columns to the roles of a record, in SI.
 
-In: the columns of a `Table`, and their names and units by a user or an axis. Out: columns by role,
-in SI. Knows nothing of clocks and of faulty values.
+In: the columns of a `Table`, and names and units given by a user or declared by an axis. Out:
+columns by role, in SI. Knows nothing of clocks and of faulty values.
 """
 
 from .log_writer import log_content as log_content

@@ -1,4 +1,7 @@
-"""Assign columns of a table to roles, in SI: names from the user, the axis, or the role."""
+"""Assignment of the columns of a table to roles, in SI.
+
+The name of the column of a role is given by the user, declared by the axis, or that of the role.
+"""
 
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -17,8 +20,9 @@ from axisid.support.wording import quoted
 
 from .units import Scale, assumed_units_text, check_no_counts, to_si
 
-_CLOCKS = "the clocks in the file are used"
+_CLOCKS = "the times of the channels in the file are used"
 
+#: True for some samples, (N,).
 Mask = NDArray[np.bool_]
 
 
@@ -35,19 +39,20 @@ class RoleColumns:
     samples : mapping of str to Samples
         Values in SI by role, each with its times if the log has them.
     scales : mapping of str to Scale
-        Scales from the numbers of the log to SI, if these differ.
+        Scales from the numbers of the log to SI by role, for columns with a unit.
     notes : tuple of str
-        Assumptions.
+        Assumptions about the columns, for the user.
     injected_at : str or None
-        Injection point of a test signal.
+        Injection point of a test signal; None if it is unknown.
     repairs : tuple of Repair
+        Repairs that have been made so far.
     masks : mapping of str to (N,) array of bool
-        True for samples that are no measurements.
+        True for samples that are not measurements, by role.
     segments : tuple of (int, int)
         First sample and the one after the last of each piece without gaps, for columns with the
         same times; empty for one piece.
     period : float or None
-        Sampling period of such columns, s; None for the mean step.
+        Sampling period of columns with the same times, s; None for the mean step.
     clock : PeriodSource
         Source of the sampling period of the motion.
     """
@@ -88,18 +93,35 @@ def role_columns(
 ) -> RoleColumns:
     """Return the columns of a table that have a role, in SI.
 
-    Names are those that the user gives (`requested`, by role), or else those of the axis, or else
-    the names of the roles.
-
     A column that only the axis names may be missing in these cases: the time, if the period is
-    given or the file has clocks of its own; the reference, a test signal, velocity and acceleration
-    always; the position, if there is a velocity; the control, if there is a force. The signals that
-    the axis declares may not be missing.
+    given or the file has times for each column; the reference, a test signal, velocity and
+    acceleration always; the position, if there is a velocity; the control, if there is a force. The
+    signals that the axis declares may not be missing.
+
+    Parameters
+    ----------
+    table : Table
+        Columns of the log.
+    axis : Axis or None
+        Axis that declares names and units; None if it is unknown.
+    requested : dict of str to str
+        Names that the user gave, by role, each with a unit or scaling if it is given. They replace
+        the names that the axis declares. The default is the name of the role.
+    has_period : bool
+        True if the user gave the sampling period.
+    injected_at : str, optional
+        Injection point that the user gave, instead of that of the axis.
+
+    Raises
+    ------
+    UsageError, DataError
+        A role does not exist; a column is missing, has no numbers, or has two roles; a unit does
+        not suit the role; or the injection point of a test signal is unknown.
     """
-    place = injected_at or ("" if axis is None else axis.injected_at) or None
+    injection_point = injected_at or ("" if axis is None else axis.injected_at) or None
     chosen, without = _choose(table, axis, requested, has_period=has_period)
-    notes = _placed(
-        table.source, chosen, axis, place, requested=requested, has_place=bool(injected_at)
+    notes = _injection_notes(
+        table.source, chosen, axis, injection_point, requested=requested, is_given=bool(injected_at)
     )
     # Convert each column to SI; without a unit it is assumed to be in SI.
     names, samples, scales, without_unit = {}, {}, {}, {}
@@ -116,9 +138,10 @@ def role_columns(
                 requested=role in requested and bool(unit),
                 source=table.source,
                 own=column.unit if unit else None,
-                injected_at=place,
+                injected_at=injection_point,
             )
             values, conversion = converted(values)
+            # The scale is that of the numbers 0 and 1.
             offset, one = converted(np.array([0.0, 1.0]))[0]
             scales[role] = Scale(factor=float(one - offset), offset=float(offset))
         else:
@@ -126,43 +149,57 @@ def role_columns(
             without_unit[role] = name
         names[role], samples[role] = name, replace(column_samples, values=values)
         notes += [note for note in (column.note, conversion) if note and note not in notes]
-    # A time column that does not belong to the motion is not used.
+    # A time column that does not belong to the motion is not used, unless the user names it.
     if "time" in samples and "time" not in requested:
         others = {role: s for role, s in samples.items() if role != "time"}
         moving, time_rows = motion_role(others), len(samples["time"].values)
-        # The time may belong to another group of channels; the others have clocks of their own.
+        # The time column may belong to another group of channels, if all channels have their times.
         if _has_clocks(others.values()) and time_rows != len(others[moving].values):
             notes.append(
-                f"the column {names.pop('time')!r} has {time_rows} rows, the {moving} "
-                f"{len(others[moving].values)}: {_CLOCKS} instead"
+                f"the column {names.pop('time')!r} has {time_rows} rows, but the {moving} has "
+                f"{len(others[moving].values)}, so {_CLOCKS}"
             )
             samples = others
             without_unit.pop("time", None)
     if without_unit:
-        notes.append(assumed_units_text(without_unit, axis, injected_at=place))
+        notes.append(assumed_units_text(without_unit, axis, injected_at=injection_point))
     return RoleColumns(
         source=table.source,
         names=names,
         samples=samples,
         scales=scales,
         notes=(*table.warnings, *table.notes, *notes, *without),
-        injected_at=place,
+        injected_at=injection_point,
         repairs=table.repairs,
     )
 
 
-def _placed(
+def _injection_notes(
     source: str,
     chosen: dict[str, _Chosen],
     axis: Axis | None,
-    place: str | None,
+    injection_point: str | None,
     *,
     requested: Container[str],
-    has_place: bool,
+    is_given: bool,
 ) -> list[str]:
-    """Return notes on the injection point of the test signal (`place`).
+    """Return notes on the injection point of the test signal; empty without a test signal.
 
     Without an injection point, the test signal is removed from the chosen columns.
+
+    Parameters
+    ----------
+    source : str
+        Name of the log, for messages.
+    chosen : dict of str to (str, str)
+        Name and given unit of the chosen columns by role, which may be changed.
+    axis : Axis or None
+    injection_point : str or None
+        Injection point as given or as declared by the axis; None if it is unknown.
+    requested : container of str
+        Roles whose columns the user named.
+    is_given : bool
+        True if the user gave the injection point.
 
     Raises
     ------
@@ -170,28 +207,28 @@ def _placed(
         The column was named without an injection point, or the injection point without a column.
     """
     if "injected" not in chosen:
-        if has_place:
+        if is_given:
             raise UsageError(
-                f"{source}: no column has the test signal that is added to the {place}. Name the "
-                f"column with {_to_name(['injected'])}.",
+                f"{source}: no column has the test signal that is added to the {injection_point}. "
+                f"Name the column with {_columns_setting(['injected'])}.",
                 code="test-signal",
             )
         return []
     name, _ = chosen["injected"]
-    if place:
-        return [f"{name!r} was added to the {place}"]
+    if injection_point:
+        return [f"the test signal {name!r} was added to the {injection_point}"]
     if "injected" in requested or (axis is not None and "injected" in axis.columns):
         raise UsageError(
-            f"{source}: {name!r} is a test signal, but it is not known where it was added. Add "
+            f"{source}: the injection point of the test signal {name!r} is unknown. Set "
             'injected_at = "control" or injected_at = "reference" in run.toml.',
             code="test-signal",
         )
     del chosen["injected"]
-    return [f"{name!r} is left out, because it is not known whether it was added to the control"]
+    return [f"the test signal {name!r} is not used, because its injection point is unknown"]
 
 
 def _has_clocks(columns: Iterable[Samples]) -> bool:
-    """Return True if the log has times for each column."""
+    """Return True if the log has times for each of the columns."""
     return all(samples.clock is not None for samples in columns)
 
 
@@ -200,14 +237,16 @@ def _choose(
 ) -> tuple[dict[str, _Chosen], tuple[str, ...]]:
     """Return the name and the given unit of the column of each role, and notes on missing columns.
 
-    The unit is empty if none is given.
+    The unit is empty if none is given. `requested` has the names that the user gave, by role;
+    `has_period` is True if the user gave the sampling period.
 
     Raises
     ------
     UsageError
         A requested role does not exist.
     DataError
-        A column is missing that is needed or was requested, has no numbers, or has two roles.
+        A column that is needed or was requested is missing, or a column has no numbers or two
+        roles.
     """
     roles = ROLES if axis is None else axis.roles
     for role, wanted in requested.items():
@@ -215,11 +254,12 @@ def _choose(
             UsageError,
             (
                 role not in roles,
-                f"{role!r} is not a role of a column. The roles are {', '.join(roles)}",
+                f"{role!r} is not a role of a column. Choose from the roles {', '.join(roles)}",
             ),
             (
                 not isinstance(wanted, str),
-                f"the column for the {role} is {quoted(wanted)}. Give its name, or a Column",
+                f"the column for the {role} is {quoted(wanted)}. Give the name of the column, or a "
+                "Column",
             ),
             code="columns",
         )
@@ -229,6 +269,7 @@ def _choose(
     for role in roles:
         wanted = str(asked.get(role) or role)
         name, unit = table.find(wanted), ""
+        # A name with a colon that is not found may be a name with its unit.
         if name is None and ":" in wanted:
             head, _, unit = wanted.rpartition(":")
             name = table.find(head.strip())
@@ -239,20 +280,25 @@ def _choose(
             missing[role] = wanted
     # A column that only has the name of a derivative need not be measured.
     unasked = [
-        f"the column {chosen.pop(role)[0]!r} is left out, because it was not named as the measured "
+        f"the column {chosen.pop(role)[0]!r} is not used, because it was not named as the measured "
         f"{role}"
         for role in ("velocity", "acceleration")
         if role in chosen and role not in asked
     ]
     _check_chosen(table, chosen)
-    without = _without(table, missing, chosen, has_period=has_period)
+    without = _missing_notes(table, missing, chosen, has_period=has_period)
     if any(role in requested or role not in without for role in missing):
         raise _missing_columns(table, chosen, missing)
     return chosen, (*without.values(), *unasked)
 
 
 def _check_chosen(table: Table, chosen: Mapping[str, _Chosen]) -> None:
-    """Refuse columns without numbers, and a column for two roles."""
+    """Refuse columns without numbers, and a column for two roles.
+
+    Raises
+    ------
+    DataError
+    """
     roles: dict[str, str] = {}
     for role, (name, _) in chosen.items():
         holds = table.columns[name].holds
@@ -261,45 +307,56 @@ def _check_chosen(table: Table, chosen: Mapping[str, _Chosen]) -> None:
             (
                 holds,
                 f"{table.source}: the column {name!r} for the {role} contains {holds}. Name a "
-                f"column of real numbers or time stamps with {_to_name([role])}",
+                f"column of real numbers or time stamps with {_columns_setting([role])}",
             ),
             (
                 roles.setdefault(name, role) != role,
                 f"{table.source}: the column {name!r} is used for both the {roles[name]} and the "
-                f"{role}. Name another column for one of them with {_to_name([role])}",
+                f"{role}. Name another column for the {role} with {_columns_setting([role])}",
             ),
             code="columns",
         )
 
 
-def _without(
+def _missing_notes(
     table: Table,
     missing: dict[str, str],
     chosen: Mapping[str, _Chosen],
     *,
     has_period: bool,
 ) -> dict[str, str]:
-    """Return notes on missing columns that only the axis names and that are not needed.
+    """Return notes by role on missing columns that are not needed.
 
-    A name of several columns is not missing: the user has to choose one.
+    There is no note on a name that several columns have: the user has to choose a column.
+
+    Parameters
+    ----------
+    table : Table
+    missing : dict of str to str
+        Names of the columns that were not found, by role.
+    chosen : mapping of str to (str, str)
+        Name and given unit of the columns that were found, by role.
+    has_period : bool
+        True if the user gave the sampling period.
     """
     timed = "time" in missing and _has_clocks(
         table.columns[name].read() for name, _ in chosen.values()
     )
-    spared = (
-        ("time", has_period, "so it is counted by the sampling period"),
+    # Role, condition under which its column may be missing, and the consequence.
+    consequences = (
+        ("time", has_period, "the time is counted by the sampling period"),
         ("time", timed, _CLOCKS),
-        ("control", "force" in chosen, "so the control law is not compared with the record"),
-        ("position", "velocity" in chosen, "so it is the integral of the velocity"),
-        ("velocity", True, "so it is the derivative of the position"),
-        ("acceleration", True, "so it is the derivative of the velocity"),
-        ("reference", True, "so only least squares is available, no instruments"),
-        ("injected", True, "so no test signal is considered"),
+        ("control", "force" in chosen, "the control law is not compared with the record"),
+        ("position", "velocity" in chosen, "the position is the integral of the velocity"),
+        ("velocity", True, "the velocity is the derivative of the position"),
+        ("acceleration", True, "the acceleration is the derivative of the velocity"),
+        ("reference", True, "only least squares is available, without instruments"),
+        ("injected", True, "no test signal is considered"),
     )
     return {
-        role: f"no column {missing[role]!r} for the {role}, {consequence}"
-        for role, is_spared, consequence in spared
-        if is_spared and role in missing and not table.alike(missing[role])
+        role: f"no column {missing[role]!r} for the {role}, so {consequence}"
+        for role, may_be_missing, consequence in consequences
+        if may_be_missing and role in missing and not table.alike(missing[role])
     }
 
 
@@ -312,6 +369,7 @@ def _missing_columns(
     """
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
     several = [candidates for name in missing.values() if len(candidates := table.alike(name)) > 1]
+    # Similar names: the closest one, and longer ones with a unit after the name.
     names = {name.casefold(): name for name in list(table.columns)[:1000]}
     close = dict[str, None]()
     for plain in map(str.casefold, missing.values()):
@@ -323,15 +381,15 @@ def _missing_columns(
         hint = " Several columns have the same name: " + "; ".join(map(", ".join, several)) + "."
     usual = ("time", "reference", "control") if "position" in missing else ()
     named = [*missing, *(role for role in usual if role not in chosen and role not in missing)]
-    advice = table.missing or f"Name the columns with {_to_name(named)}."
+    advice = table.missing or f"Name the columns with {_columns_setting(named)}."
     return DataError(
         f"{table.source}: there is no column {wanted}. Found: {table.listed()}.{hint} {advice}",
         code="columns",
     )
 
 
-def _to_name(roles: Iterable[str]) -> str:
-    """Return the setting that names the columns of some roles."""
+def _columns_setting(roles: Iterable[str]) -> str:
+    """Return the setting that names the columns of some roles, as the user types it."""
     return setting("columns", dict.fromkeys(roles, "NAME"))
 
 

@@ -1,17 +1,18 @@
-"""Units of roles and signals, and scalings: conversion of a column's numbers to SI.
+"""Conversion of a column's numbers to SI by units and scalings, and the units of roles.
 
-::
+A scaling is a text that gives the size of the number 1 of a column, and an offset::
 
     scaling  = [unit] { factor } [ offset ]        counts*360deg/4096/50+0.2deg
     factor   = ("*" | "/") quantity
     offset   = ("+" | "-") quantity
     quantity = number [unit]
 
-A factor may be negative, ``*-1``. The unit is that of the column's numbers, by default that of the
-file; encoder counts have none, and the factors give the size of one count. Within a unit ``*`` and
-``/`` precede a letter, as in ``mm/s`` or ``mm/rev``; before a number they scale. Numbers are exact
-fractions, with pi to forty digits, so that the product is rounded once. Powers of an angle, which
-are dimensionless in SI, are counted: ``rpm*5mm`` is no speed, ``rpm*5mm/rev`` is.
+A factor may be negative, ``*-1``. The unit at the beginning is that of the column's numbers, by
+default the unit in the file. Encoder counts have no unit; the factors give the size of one count.
+Within a unit ``*`` and ``/`` precede a letter, as in ``mm/s`` or ``mm/rev``; before a number they
+scale. Numbers are exact fractions, with pi to forty digits, so that the product is rounded once.
+Powers of an angle, which are dimensionless in SI, are counted: ``rpm*5mm/rev`` is a speed, and
+``rpm*5mm`` is not.
 """
 
 import re
@@ -32,18 +33,24 @@ from axisid.support.settings import setting
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?0*\d{1,2}(?!\d))?")
 #: Operator before a number; the powers ``**2`` and ``^-2`` belong to a unit.
 _OPERATOR = re.compile(r"(?<![*^])(?:[*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))")
+#: Operator, number and unit of a factor or an offset.
 _FACTOR = re.compile(rf"([*/+-])\s*({_NUMBER.pattern})((?:(?!{_OPERATOR.pattern}).)*)", re.DOTALL)
+#: Operator at the end of a text, without a number.
 _LAST = re.compile(r"[*/+-]\s*\Z")
+#: Operator before a text that floating point would read as a number.
 _NO_NUMBER = re.compile(r"[*/+-]\s*(-?(?:nan|inf(?:inity)?))\b", re.IGNORECASE)
-_LARGEST = Fraction(10) ** 300
+_LARGEST = Fraction(10) ** 300  # a larger scaling, or the inverse of a smaller one, is refused
 
 
 class ScalingError(ValueError):
-    """The reason why a text is no scaling."""
+    """Error of a text that is not a scaling; its message is the reason."""
 
 
 def is_scaling(text: str) -> bool:
-    """Return True if a text is a scaling such as ``counts*360deg/4096``, and not only a unit."""
+    """Return True if a text is a scaling such as ``counts*360deg/4096``, and not only a unit.
+
+    A scaling without its last number, or with a wrong number, also counts.
+    """
     begun = _LAST.search(text) or _NO_NUMBER.search(text)
     return bool(
         begun or (exact_unit(text) is None and (_OPERATOR.search(text) or _NUMBER.match(text)))
@@ -60,12 +67,12 @@ def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity |
     text : str
         Scaling as the user gave it, such as ``counts*360deg/4096+0.2deg``.
     own : str
-        Unit of the column in its file, for a text that begins with a factor.
+        Unit of the column in its file, for a text that begins with a factor; empty for none.
 
     Raises
     ------
     ScalingError
-        The text is no scaling; the message gives the reason.
+        The text is not a scaling; the message gives the reason.
     """
     _check_numbers(text)
     if _NUMBER.match(text):  # a factor without its sign
@@ -73,36 +80,43 @@ def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity |
     first = _OPERATOR.search(text)
     head = text if first is None else text[: first.start()]
     name, offset = head.strip() or own, None
-    base = of = _quantity(Fraction(1), name)
+    # Size of the number 1 in the column: by its unit, and after the factors that follow.
+    unit_size = size = _quantity(Fraction(1), name)
     for sign, number, unit in _FACTOR.findall(text[len(head) :]):
         if offset is not None:
-            raise ScalingError("it can have one offset only, at its end")
+            raise ScalingError("a scaling has one offset at most, at its end")
         quantity = _quantity(Fraction(number) * (-1 if sign == "-" else 1), unit)
         if sign in "+-":
-            offset = _offset(quantity, of, base)
+            offset = _offset(quantity, size, unit_size)
         elif quantity.is_count and sign == "*":
             raise ScalingError("one count must be a length or an angle, not counts")
         elif not quantity.value:
-            raise ScalingError(f"{sign}0 makes every value 0 or infinite")
+            raise ScalingError(f"the factor {sign}0 makes every value 0 or infinite")
         else:
-            of = of * quantity if sign == "*" else of / quantity
-    if not 1 / _LARGEST < abs(of.value) < _LARGEST:
-        raise ScalingError("the product of the factors exceeds floating point, or is 0")
-    return of, offset
+            size = size * quantity if sign == "*" else size / quantity
+    if not 1 / _LARGEST < abs(size.value) < _LARGEST:
+        raise ScalingError("the product of the factors is too large for floating point, or 0")
+    return size, offset
 
 
 def _check_numbers(text: str) -> None:
-    """Refuse missing or infinite numbers, and a text that is too long."""
+    """Refuse a scaling with missing or infinite numbers, or with a text that is too long."""
     if wrong := _NO_NUMBER.search(text):
         raise ScalingError(f"{wrong[1]!r} is not a number")
     if wrong := _LAST.search(text):
         raise ScalingError(f"a number is missing after {wrong[0].strip()!r}")
     if len(text) > 200:
-        raise ScalingError("it has more than 200 characters")
+        raise ScalingError("the text has more than 200 characters")
 
 
 def _quantity(value: Fraction, unit: str) -> UnitQuantity:
-    """Return a number with its unit as a quantity; counts of an encoder have no unit."""
+    """Return a number with its unit as a quantity; counts of an encoder have no unit.
+
+    Raises
+    ------
+    ScalingError
+        The unit is unknown.
+    """
     name = unit.strip()
     if not name or name.lower() in COUNTS:
         return UnitQuantity(value, is_count=bool(name))
@@ -114,12 +128,12 @@ def _quantity(value: Fraction, unit: str) -> UnitQuantity:
 
 def _known(name: str) -> UnitQuantity | None:
     """Return the quantity of a unit, or of a quotient such as ``mm/rev``; None if unknown."""
-    above, over, below = name.rpartition("/")
-    parts = (_known(above.strip()), _known(below.strip())) if over else (None, None)
+    numerator, slash, denominator = name.rpartition("/")
+    parts = (_known(numerator.strip()), _known(denominator.strip())) if slash else (None, None)
     return exact_unit(name) or (parts[0] / parts[1] if parts[0] and parts[1] else None)
 
 
-def _offset(quantity: UnitQuantity, of: UnitQuantity, base: UnitQuantity) -> UnitQuantity:
+def _offset(quantity: UnitQuantity, size: UnitQuantity, unit_size: UnitQuantity) -> UnitQuantity:
     """Return the offset of a scaling in the unit of its result.
 
     An offset in counts, or in the unit of the column, is multiplied by the scaling.
@@ -128,21 +142,31 @@ def _offset(quantity: UnitQuantity, of: UnitQuantity, base: UnitQuantity) -> Uni
     ----------
     quantity : UnitQuantity
         Offset as the user gave it.
-    of, base : UnitQuantity
+    size, unit_size : UnitQuantity
         Quantity of the number 1 in the column, with and without the factors of the scaling.
+
+    Raises
+    ------
+    ScalingError
+        The offset has no unit, or the unit of another quantity.
     """
-    if quantity.is_count and base.is_count:
-        return of * replace(quantity, is_count=False)
+    if quantity.is_count and unit_size.is_count:
+        return size * replace(quantity, is_count=False)
     if quantity.unit is None:
         raise ScalingError("an offset needs its unit, as in +0.2deg")
-    unit, one = of.unit or parse_unit("1"), UnitQuantity(Fraction(1))
-    for wanted, angle, scale in ((unit, of.angle, one), (base.unit, base.angle, of / base)):
+    # An offset in the unit of the result is added as given; in the unit of the column it is scaled.
+    unit = size.unit or parse_unit("1")
+    choices = (
+        (unit, size.angle, UnitQuantity(Fraction(1))),
+        (unit_size.unit, unit_size.angle, size / unit_size),
+    )
+    for wanted, angle, scale in choices:
         if wanted is not None and quantity.unit.same_dimension(wanted) and quantity.angle == angle:
             return scale * quantity
-    raise ScalingError(f"an offset in {quantity.unit} does not add to {unit}")
+    raise ScalingError(f"an offset in {quantity.unit} cannot be added to {unit}")
 
 
-#: Coherent units of roles that are no length or angle, without an axis.
+#: Coherent units of roles without an axis; other roles are a length or an angle.
 _UNITS: dict[str, tuple[str, ...]] = {
     "time": ("s",),
     "control": (),
@@ -159,7 +183,7 @@ _LIKELY_UNITS = (
     *("mm/s^2", "cm/s^2", "g", "deg/s^2", "rev/s^2"),
 )
 
-#: Units of angles as logs write them, to name in place of one without an angle.
+#: Units of angles as logs write them, which messages advise instead of a unit without an angle.
 _ANGLES = ("rad", "deg", "rev", "rad/s", "deg/s", "rev/s", "rpm", "rad/s^2", "deg/s^2", "rev/s^2")
 
 #: Scalings that give a unit of motion.
@@ -174,9 +198,10 @@ _EXAMPLES = {
 
 
 def expected_units(role: str, axis: Axis | None, injected_at: str | None = None) -> tuple[str, ...]:
-    """Return the possible coherent units of a role; a single one if the axis is known.
+    """Return the possible coherent units of a role; a single unit if the axis is known.
 
-    A test signal has the unit of the signal that it is added to.
+    Empty for the control of an unknown axis. A test signal has the unit of the signal that it is
+    added to: at `injected_at`, or to the control if that is None.
     """
     role = injected_at or "control" if role == "injected" else role
     if axis is None:
@@ -224,12 +249,12 @@ def to_si(
     axis : Axis or None
         Axis whose coordinate and drive determine the unit of a role.
     requested : bool
-        True if the user gave the unit, for the kind of error.
+        True if the user gave the unit: an error is then a `UsageError`.
     source : str
         File name.
     own : str, optional
         Unit in the file, for a scaling by the user that begins with a factor; None for a text from
-        the file, which is no scaling.
+        the file, which cannot be a scaling.
     injected_at : str, optional
         Injection point of a test signal.
 
@@ -242,52 +267,58 @@ def to_si(
     wanted = expected_units(role, axis, injected_at)
     scaled = own is not None and is_scaling(text)
     offset: UnitQuantity | None = None
-    wrong = UsageError if requested or scaled else DataError
+    error_type = UsageError if requested or scaled else DataError
+    # Size of the number 1 in the column.
     try:
         if scaled:
-            of, offset = read_scaling(text, own if own and is_unit(own) else "")
+            size, offset = read_scaling(text, own if own and is_unit(own) else "")
         elif (plain := exact_unit(text)) or text.lower() in COUNTS:
-            of = plain or UnitQuantity(Fraction(1), is_count=True)
+            size = plain or UnitQuantity(Fraction(1), is_count=True)
         else:
             # A quotient such as mm/rev is refused too: it does not name the unit of the motion.
             raise ScalingError(f"{text!r} is not a known unit")
-        if of.unit is None and (of.is_count or not scaled):
+        if size.unit is None and (size.is_count or not scaled):
             raise ScalingError("the size of one count is missing")
     except ScalingError as error:
         example = _EXAMPLES.get(next(iter(wanted), ""), _EXAMPLES["rad"])
-        raise wrong(
+        raise error_type(
             f"{source}: the {role} is given as {text!r}: {error}. Give the size of one count, as "
             f"in {setting('columns', {role: f'NAME:{example}'})}, or the unit of the numbers with "
             f"{setting('columns', {role: 'NAME:UNIT'})} (mm, deg, rev, ms, mA, Ncm, ...). The SI "
             f"unit is {(wanted or ('V',))[0]}.",
             code="units",
         ) from error
+    # Units of the role that have the same dimension, and the same power of an angle.
     same = [
-        unit for unit in wanted if of.unit is not None and of.unit.same_dimension(parse_unit(unit))
+        unit
+        for unit in wanted
+        if size.unit is not None and size.unit.same_dimension(parse_unit(unit))
     ]
-    if of.unit is not None and wanted and not same:
+    if size.unit is not None and wanted and not same:
         of_axis = f" of axis {axis.name!r}" if axis is not None else ""
-        raise wrong(
-            f"{source}: the {role} is given as {text!r}, which is {of.unit}, but the "
+        raise error_type(
+            f"{source}: the {role} is given as {text!r}, which is {size.unit}, but the "
             f"{role}{of_axis} is measured in {' or '.join(wanted)}. Check the column, or give its "
             f"unit with {setting('columns', {role: 'NAME:UNIT'})}.",
             code="units",
         )
-    factor = float(of)
+    factor = float(size)
     if scaled:
-        _check_angle(role, text, of, same, source)
-    elif same and not any(_has_angle_of(of, unit) for unit in same):
+        _check_angle(role, text, size, same, source)
+    elif same and not any(_has_angle_of(size, unit) for unit in same):
         named = " or ".join(name for name in _ANGLES if _is_of(name, same[0])) or same[0]
-        raise wrong(
+        raise error_type(
             f"{source}: the {role} is given as {text!r}, which does not name an angle, but the "
             f"{role} is measured in {same[0]}. Numbers per radian, degree or turn differ by "
-            f"factors such as 2 pi. Give the unit with its angle, {named}, as in columns "
-            f"{role}=NAME:{same[0]}.",
+            f"factors such as 2 pi. Give the unit with its angle ({named}), as in "
+            f"{setting('columns', {role: f'NAME:{same[0]}'})}.",
             code="units",
         )
+    # Convert the numbers.
     if not scaled:
-        return (values, "") if factor == 1.0 else (values * factor, f"{role}: {text} -> {of.unit}")
-    unit = same[0] if same else of.unit or (wanted[0] if len(wanted) == 1 else "SI")
+        note = f"{role}: {text} -> {size.unit}"
+        return (values, "") if factor == 1.0 else (values * factor, note)
+    unit = same[0] if same else size.unit or (wanted[0] if len(wanted) == 1 else "SI")
     note = f"{role}: {text}, {factor:.9g} {unit} each"
     if offset is None:
         return values * factor, note
@@ -295,35 +326,49 @@ def to_si(
     return values * factor + added, f"{note} {'+' if added >= 0 else '-'} {abs(added):.9g}"
 
 
-def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], source: str) -> None:
+def _check_angle(
+    role: str, text: str, size: UnitQuantity, same: Sequence[str], source: str
+) -> None:
     """Refuse a scaling whose result contains a wrong power of an angle.
 
-    That is a length that contains an angle, or an angle without a unit of angle.
+    That is a length that contains an angle, or an angle without a unit of angle. Angles are
+    dimensionless in SI, so that ``rpm*5mm`` has the unit of a speed, but differs by 2 pi from the
+    speed of a screw with a lead of 5 mm per turn.
 
-    Angles are dimensionless in SI, so that ``rpm*5mm`` has the unit of a speed: it differs by 2 pi
-    from that of a screw with a lead of 5 mm per turn.
+    Parameters
+    ----------
+    role, text, source : str
+        Role of the column, scaling, and file name, for the message.
+    size : UnitQuantity
+        Quantity of the number 1 in the column.
+    same : sequence of str
+        Coherent units of the role with the same dimension.
+
+    Raises
+    ------
+    UsageError
     """
     motions = {unit: angle_power(parse_unit(unit)) for unit in same if unit in _EXAMPLES}
-    if not motions or of.angle in motions.values():
+    if not motions or size.angle in motions.values():
         return
     unit, power = next(iter(motions.items()))
-    times = "times" if of.angle > power else "over"
+    times = "times" if size.angle > power else "divided by"
     raise UsageError(
         f"{source}: the {role} is given as {text!r}, which is {unit} {times} an angle. Give the "
-        "length per angle, as in rpm*5mm/rev or counts*1rev/4096*5mm/rev for a screw, *5mm/rad for "
-        "a radius, mm/5mm*1rev for an angle.",
+        "length per angle: rpm*5mm/rev or counts*1rev/4096*5mm/rev for a screw, *5mm/rad for a "
+        "radius, or mm/5mm*1rev for an angle.",
         code="units",
     )
 
 
-def _has_angle_of(of: UnitQuantity, unit: str) -> bool:
+def _has_angle_of(quantity: UnitQuantity, unit: str) -> bool:
     """Return True if a quantity has the same power of an angle as a unit, or the unit has none."""
     power = angle_power(parse_unit(unit))
-    return not power or of.angle == power
+    return not power or quantity.angle == power
 
 
 def _is_of(name: str, unit: str) -> bool:
-    """Return True if a unit of logs has the dimension of a coherent one, including its angle."""
+    """Return True if a unit of logs has the dimension and power of angle of a coherent unit."""
     named, wanted = exact_unit(name), parse_unit(unit)
     return bool(
         named
@@ -334,36 +379,36 @@ def _is_of(name: str, unit: str) -> bool:
 
 
 def likely_unit(declared: str, times: float, vague: float) -> str | None:
-    """Return the usual unit in which the numbers of a column may be, by their size.
+    """Return the usual unit that the numbers of a column may have, by their size.
 
     Parameters
     ----------
     declared : str
-        Declared unit.
+        Declared unit of the column.
     times : float
-        Ratio of the column's numbers to those in the declared unit.
+        Size of the column's numbers relative to numbers in the declared unit.
     vague : float
         Relative uncertainty of the ratio.
 
     Returns
     -------
     str or None
-        None if no usual unit has this ratio.
+        None if no usual unit has this ratio to the declared unit, or the uncertainty is infinite.
     """
-    own = exact_unit(declared)
-    if own is None or not vague < np.inf:
+    declared_unit = exact_unit(declared)
+    if declared_unit is None or not vague < np.inf:
         return None
     for name in _LIKELY_UNITS:
         unit = exact_unit(name)
-        if unit is None or unit.unit != own.unit:
+        if unit is None or unit.unit != declared_unit.unit:
             continue
-        if abs(times * float(unit / own) - 1) <= vague:
+        if abs(times * float(unit / declared_unit) - 1) <= vague:
             return name
     return None
 
 
 def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, source: str) -> None:
-    """Refuse whole numbers without a unit as a position: they are probably encoder counts.
+    """Refuse a position of whole numbers without a unit, which are probably encoder counts.
 
     Raises
     ------
@@ -379,9 +424,9 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     example = _EXAMPLES.get(unit, _EXAMPLES["rad"])
     raise DataError(
         f"{source}: the {role} {name!r} has no unit and only whole numbers, from "
-        f"{finite.min():.9g} to {finite.max():.9g}. They look like counts of an encoder. Give the "
-        f"size of one count, as in {setting('columns', {role: f'{name}:{example}'})}. If the "
-        f"numbers are in {unit}, give that unit ({name}:{unit}).",
+        f"{finite.min():.9g} to {finite.max():.9g}. The numbers are probably counts of an encoder. "
+        f"Give the size of one count, as in {setting('columns', {role: f'{name}:{example}'})}. If "
+        f"the numbers are in {unit}, give this unit ({name}:{unit}).",
         code="units",
     )
 
@@ -389,12 +434,15 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
 def assumed_units_text(
     roles: Mapping[str, str], axis: Axis | None, *, injected_at: str | None
 ) -> str:
-    """Return a note on columns without a given unit, by role."""
+    """Return a note on columns without a given unit, with the assumed units.
+
+    `roles` has the names of these columns by role.
+    """
     named = []
     for role, name in roles.items():
         unit = " or ".join(expected_units(role, axis, injected_at)) or "unit of the drive"
         label = LABEL_WITH_UNIT.fullmatch(name)
         if label and label[4] and not label[4].isdecimal():
             unit += f" ({label[4]!r} is not a known unit)"
-        named.append(f"{role} {unit}")
-    return f"no unit given, so SI: {', '.join(named)}"
+        named.append(f"{role} in {unit}")
+    return f"without units, SI is assumed: {', '.join(named)}"

@@ -29,15 +29,18 @@ from axisid.support.errors import UsageError
 
 
 class _ListedAxes(Command):
-    """A command whose ``--axes`` takes every name up to the next option or record."""
+    """A command whose ``--axes`` takes all names up to the next option or record."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Repeat ``--axes`` before each of the names that follow it."""
+        """Parse the arguments, after ``--axes`` is repeated before each of its names."""
         return super().parse_args(ctx, list(_repeated(args, "--axes")))
 
 
 def _repeated(args: list[str], option: str) -> Iterator[str]:
-    """Yield arguments with the option repeated before each of the names that follow it."""
+    """Yield the arguments, with an option repeated before each of the names that follow it.
+
+    The names end before the next option, or before a log.
+    """
     listing = False
     for before, arg in zip(["", *args], args, strict=False):
         if before == option and arg.startswith("-"):
@@ -64,29 +67,32 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     multiple=True,
     metavar="AXIS...",
     shell_complete=complete_axis,
-    help="The candidates: two or more axes.",
+    help="Candidates: two or more axes.",
 )
 @click.option(
     "--ladder",
     metavar="AXIS",
     shell_complete=complete_axis,
-    help="The candidates are this axis with increasingly rich friction laws.",
+    help="Candidates: this axis with a series of friction laws, each with more terms.",
 )
 @click.option(
-    "--quadratic", is_flag=True, help="Add a candidate to the ladder: friction Fq dq |dq|."
+    "--quadratic",
+    is_flag=True,
+    help="Add to the ladder a candidate with the friction term Fq dq |dq|.",
 )
 @click.option(
     "--stribeck",
     type=float,
     metavar="V",
-    help="Add a candidate to the ladder: friction Fs exp(-(dq/V)^2) sign(dq), V in m/s or rad/s.",
+    help="Add to the ladder a candidate with the friction term Fs exp(-(dq/V)^2) sign(dq). V is in "
+    "m/s or rad/s.",
 )
 @click.option(
     "--method",
     type=click.Choice(comparison_methods()),
     default=comparison_methods()[0],
     show_default=True,
-    help="Estimator.",
+    help="Estimator of all candidates.",
 )
 @takes("filtering", Filtering)
 @takes("reading", Reading)
@@ -111,10 +117,10 @@ def compare(
     """Fit several models of one axis to one or several RECORDs, and recommend a model.
 
     The candidates are the axes of --axes, or one axis with a --ladder of friction laws: viscous;
-    viscous and Coulomb; these with an offset; and directional, where viscous and Coulomb friction
-    differ between directions. All candidates are fitted to the same rows and compared by their
-    error on held-out rows. Without RECORD the record is the twin of the first axis. --leave-out
-    removes a parameter from every candidate that has it.
+    viscous and Coulomb; viscous and Coulomb with an offset; and directional, with different viscous
+    and Coulomb friction in the two directions. All candidates are fitted to the same rows and
+    compared by their prediction error on held-out rows. Without RECORD the record is the twin of
+    the first axis. --leave-out removes a parameter from every candidate that has this parameter.
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
@@ -151,7 +157,8 @@ def compare(
             ),
             *(
                 (
-                    name in {p.name for p in axis.parameters},  # which a rung brings back
+                    # The ladder adds its friction terms after parameters were left out.
+                    name in {p.name for p in axis.parameters},
                     f"the candidate {label!r} of the ladder contains {name}, a parameter of its "
                     "friction law. Leave out only parameters that all candidates have, or name the "
                     "candidates with --axes",
@@ -188,13 +195,13 @@ def compare(
 def compare_results(first: str, second: str, json_file: str | None, force: bool) -> None:
     """Compare the results FIRST and SECOND, two files that identify --json wrote.
 
-    The table has the difference of each parameter in combined standard errors, and the settings and
-    checks that differ.
+    The table shows the difference of each parameter in combined standard errors. Settings and
+    checks that differ are listed.
     """
     check_targets([Target("--json", json_file, "compare-results")], (first, second), force=force)
     put_result(stages.compare_results(first, second), json_file)
 
 
 def _without(axis: "stages.Axis", names: tuple[str, ...]) -> "stages.Axis":
-    """Return the axis without the named parameters; names that it lacks are ignored."""
+    """Return the axis without the named parameters; names of other parameters are ignored."""
     return stages.leave_out(axis, *({p.name for p in axis.parameters} & {*names}))

@@ -30,6 +30,7 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
 @click.option(
     "--axis",
     required=True,
+    metavar="AXIS",
     help="The identified axis: its name in the library, or its file.",
     shell_complete=complete_axis,
 )
@@ -37,8 +38,8 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
     "--to",
     type=click.Choice(_NAMES),
     required=True,
-    help=f"Feed-forward functions in {', '.join(_LANGUAGES[:-1])} or {_LANGUAGES[-1]}, "
-    "or the parameters in another format.",
+    help=f"Format: feed-forward functions in {', '.join(_LANGUAGES[:-1])} or {_LANGUAGES[-1]}, "
+    "or a table of the parameters in another format.",
 )
 @click.option(
     "--method",
@@ -50,20 +51,22 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
     "number",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Export the --local parameters and --known values of the Nth of several records.",
+    help="Export the --local parameters and --known values of the Nth record, if the result is "
+    "from several records.",
 )
 @click.option(
     "--dead-zone",
     type=float,
     default=0.0,
     metavar="SPEED",
-    help="The direction of friction is 0 up to this speed, m/s or rad/s.  [default: 0]",
+    help="Speed up to which the exported functions use the friction direction 0, m/s or rad/s.  "
+    "[default: 0, the friction direction is 0 at standstill only]",
 )
 @click.option(
     "-o",
     "--output",
     metavar="FILE",
-    help="Write to this file instead of standard output.",
+    help="Write to this file.  [default: standard output]",
     shell_complete=complete_file,
 )
 @force_option
@@ -79,10 +82,10 @@ def export(
 ) -> None:
     """Export an identified axis as code or as a table of parameters.
 
-    RESULT is a file that `axisid identify --json` wrote. The functions NAME_feedforward and
-    NAME_control compute force and control from position, velocity and acceleration of the
-    reference. They need no libraries beyond the language itself. JSON, CSV and LaTeX contain all
-    methods unless --method names one.
+    RESULT is a file that `axisid identify --json` wrote. The function NAME_feedforward computes the
+    force from position, velocity and acceleration of the reference; NAME_control computes the
+    control for this force. The functions need no libraries beyond the language itself. JSON, CSV
+    and LaTeX contain the estimates of all methods unless --method names one method.
     """
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
 

@@ -38,7 +38,7 @@ from axisid.commands.options import (
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Seed of the random further starts.",
+    help="Seed of the random start values of --starts.",
 )
 @takes("reading", Reading)
 @takes("sharing", Sharing)
@@ -46,8 +46,8 @@ from axisid.commands.options import (
     "--fix",
     multiple=True,
     metavar="NAME=VALUE[+-SD]",
-    help="Fix a parameter at this value, SI. With +-SD the value is a prior and the parameter is "
-    "fitted. Can be repeated.",
+    help="Fixed value of a parameter, SI. With +-SD, its standard deviation, the value is a prior "
+    "and the parameter is fitted. Can be repeated.",
 )
 @leave_out_option
 @json_option
@@ -70,11 +70,11 @@ def fit(
 ) -> None:
     """Fit AXIS to one or several RECORDs (or to its twin) by output error, without a filter.
 
-    The closed loop is simulated from the recorded reference and initial state. The parameters are
-    searched until the simulated control (or position) is as close to the record as possible.
-    Encoder noise causes no bias. The declared control law must be exact; a check compares it with
-    the record. Ctrl-C ends the search: the best values so far are printed and written, and the exit
-    code is 130.
+    The closed loop is simulated from the recorded reference and initial state. The search changes
+    the parameters until the simulated control (or position) is as close to the record as possible.
+    Encoder noise causes no bias. The declared control law must be exact; a check compares the law
+    with the record. Ctrl-C ends the search: the best values so far are printed and written, and the
+    exit code is 130.
     """
     check_targets(
         [Target("--json", json_file, "fit"), Target("--report", report, "report")],

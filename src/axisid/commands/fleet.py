@@ -37,7 +37,7 @@ from axisid.support.errors import EstimationError
     "--axis",
     shell_complete=complete_axis,
     metavar="AXIS",
-    help="Axis of the logs for which no manifest names one: a name in the library, or a file.",
+    help="Axis of all logs for which no manifest names an axis: a name in the library, or a file.",
 )
 @click.option(
     "--output",
@@ -50,26 +50,29 @@ from axisid.support.errors import EstimationError
     "--jobs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Number of processes.  [default: one for each core]",
+    help="Number of processes.  [default: the number of processor cores]",
 )
 @click.option(
     "--time-limit",
     type=click.FloatRange(0.0, min_open=True),
     metavar="S",
-    help="Longest time for one log, s. After that the log fails and the others continue.  "
+    help="Time limit for one log, s. A log that takes longer fails, and the other logs continue.  "
     "[default: none]",
 )
 @click.option(
     "--resume",
     is_flag=True,
-    help="Keep results that exist already for the same log, axis and options.",
+    help="Keep existing results of the same log, axis and options, and identify only other logs.",
 )
 @takes("filtering", Filtering)
 @takes("reading", Reading)
 @method_option
 @loss_option
 @bounded_option
-@fix_option("Known value of a parameter, as in identify, for all logs.")
+@fix_option(
+    "Known value of a parameter in all logs, SI. Add +-SD, the standard deviation, to an uncertain "
+    "value. Can be repeated."
+)
 @leave_out_option
 @force_option
 def fleet(
@@ -88,16 +91,17 @@ def fleet(
     left_out: tuple[str, ...],
     force: bool,
 ) -> None:
-    """Identify an axis from each of many LOGS separately, and report the logs that stand out.
+    """Identify an axis from each of many LOGS separately, and report outliers among the logs.
 
-    LOGS are files (a log, or a run.toml that describes a log), folders, quoted patterns, and
-    manifests. Folders and patterns include subfolders. A manifest is a CSV or Parquet table with a
-    column log and optional columns axis, serial and columns; it can also lie in a folder. Its
-    other columns are conditions, which are copied into the table of the fleet.
+    LOGS are files (a log, or a run.toml that describes a log), folders, quoted patterns such as
+    'logs/**/*.csv', and manifests. Subfolders of a folder are included. A manifest is a CSV or
+    Parquet table with the column log and the optional columns axis, serial and columns; it can lie
+    in one of the folders. All other columns of a manifest are conditions, which are copied into the
+    table of the fleet.
 
     Each log gets a result NAME.json, in the format of identify --json, and a line in fleet.jsonl.
-    The table of all logs is fleet.parquet (fleet.csv without pyarrow). If a log is bad, takes too
-    long or crashes its process, it is reported with the reason, and the others continue.
+    The table of all logs is fleet.parquet (fleet.csv without pyarrow). A log that cannot be used,
+    takes too long or crashes its process is reported with the reason, and the other logs continue.
     """
     prefilter = filtering.prefilter()  # refused before anything is read
 
@@ -125,7 +129,11 @@ def fleet(
             )
     except KeyboardInterrupt:
         if Path(output).exists():
-            click.echo(f"axisid: finished logs are in {output}; continue with --resume", err=True)
+            click.echo(
+                f"axisid: the results of the finished logs are in {output}. Run the command again "
+                "with --resume to identify the other logs.",
+                err=True,
+            )
         raise
     print_result(result)
     click.echo(f"wrote {result.write()}")

@@ -27,7 +27,7 @@ from axisid.support.errors import UsageError
 @click.option(
     "--check",
     is_flag=True,
-    help="Write nothing. Exit with 1 if a file is stale or belongs to no axis.",
+    help="Write nothing. The exit code is 1 if a file is stale, missing or belongs to no axis.",
 )
 @click.option(
     "--output",
@@ -38,7 +38,7 @@ from axisid.support.errors import UsageError
 )
 @force_option
 def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> None:
-    """Write the generated code of AXES, by default of the whole library.
+    """Write the generated code of AXES, by default of all axes of the library.
 
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are axes
     of the library, or TOML or Python files that declare an axis.
@@ -54,7 +54,7 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
         files = stages.expected_files(declared, line)
     if not check:
         check_folder(output, "--output", {}, force=force)
-        # A folder with a manifest was generated, whatever has become of its other files.
+        # A folder with a manifest was generated, even if its other files have changed since.
         places = [Path(output, path) for path in files]
         manifests = [p for p in places if p.name == stages.MANIFEST and p.is_file()]
         own = {place.parent for place in manifests if is_earlier(place, "generate")}
@@ -75,7 +75,7 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
         place = [] if output == "generated" else [f"--output {output}"]
         orphans = any(finding.state == "orphan" for finding in findings)
         click.echo(
-            f"not as generated: {len(findings)} of {len(files)} files. Run: "
+            f"{len(findings)} of {len(files)} files differ from the generated code. Run: "
             + " ".join(["axisid generate", *axes, *place])
             + ". Remove the orphans, or name their axes." * orphans,
             err=True,

@@ -1,4 +1,4 @@
-"""``axisid identify``."""
+"""``axisid identify``: identify an axis from one or several records."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -43,17 +43,18 @@ from axisid.support.errors import AxisidError, EstimationError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Validating(Options):
-    """Settings of the validation on other records."""
+    """Options of the validation on other records."""
 
     further: tuple[str, ...] = option(
-        "Validate the frozen estimates on another record. Can be repeated.",
+        "Validate the estimates, without a new fit, on another record. Can be repeated.",
         name="validate",
         metavar="RECORD",
         multiple=True,
         shell_complete=complete_file,
     )
     like: int | None = option(
-        "The record of --validate has the --local parameters and --known values of the Nth RECORD.",
+        "Use the --local parameters and --known values of the Nth RECORD for the record of "
+        "--validate.",
         name="validate-like",
         type=click.IntRange(min=1),
         metavar="N",
@@ -75,8 +76,8 @@ class Validating(Options):
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @fix_option(
-    "Known value of a parameter, SI, with its standard deviation if it is uncertain. Can be "
-    "repeated."
+    "Known value of a parameter, SI. Add +-SD, the standard deviation, to an uncertain value. Can "
+    "be repeated."
 )
 @leave_out_option
 @takes("validating", Validating)
@@ -87,7 +88,7 @@ class Validating(Options):
 @click.option(
     "--full",
     is_flag=True,
-    help="Print the same as --all, with intervals, correlations and the figures of every check.",
+    help="Print the same as --all, with intervals, correlations and the numbers of every check.",
 )
 @json_option
 @click.option(
@@ -122,8 +123,8 @@ def identify(
     that declares an axis.
     RECORD is a log (delimited text, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or a ROS bag), or
     a run.toml that describes a log. Values are in SI units unless the run.toml, the log or
-    --columns states a unit. Several records are combined into one regression with one set of
-    parameters. Each record is filtered, weighted and checked separately.
+    --columns states another unit. Several records form one regression with one set of parameters.
+    Each record is filtered, weighted and checked separately.
     """
     filtering.prefilter()  # refused before anything is read
     check_targets(
@@ -161,7 +162,9 @@ def identify(
             **inputs.shared,
         ).with_set_aside(inputs.set_aside)
 
-    like = None if validating.like is None else _place(inputs, result.records, validating.like)
+    like = None
+    if validating.like is not None:
+        like = _number_in_use(inputs, result.records, validating.like)
     with progress_line("checking the estimates"):
         validations = [stages.validate(result, other, like=like) for other in others]
         check = stages.joined(
@@ -196,16 +199,20 @@ def identify(
         raise EstimationError(" ".join(stages.missing_notes(result.failed)))
 
 
-def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
-    """Return the number, among the records in use, of record `number` of the command line."""
-    read = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
-    places = [i for i, record in enumerate(used, 1) if record is read]
-    if not places:
+def _number_in_use(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
+    """Return the number, among the records in use, of record `number` of the command line.
+
+    Both numbers begin with 1. They differ if records were skipped.
+    """
+    wanted = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
+    numbers = [i for i, record in enumerate(used, 1) if record is wanted]
+    if not numbers:
         raise click.BadParameter(
-            f"record {number} is not among the {len(used)} records that were used",
+            f"record {number} is not among the {len(used)} records that were used. Give the number "
+            "of a record that was used.",
             param_hint="--validate-like",
         )
-    return places[0]
+    return numbers[0]
 
 
 def _held_out(
@@ -214,7 +221,10 @@ def _held_out(
     reading: Reading,
     prefilter: "stages.Prefilter",
 ) -> list["stages.Record"]:
-    """Return the records of --validate; one that the filter does not suit is refused early."""
+    """Return the records of --validate, read from logs; refuse a record that cannot be filtered.
+
+    The records are filtered here, so that such a record is refused before the identification.
+    """
     records = [replace(reading, windows=()).record(log, axis) for log in logs]
     for log, record in zip(logs, records, strict=True):
         try:
@@ -229,7 +239,10 @@ def _held_out(
 def _document(
     result: "stages.Identification", validations: "Sequence[stages.Validation]"
 ) -> dict[str, Any]:
-    """Return the JSON document of a result and of its validations."""
+    """Return the JSON document of a result and of its validations.
+
+    The first validation is the member ``validation``; ``validations`` has all if there are several.
+    """
     with progress_line("checking the estimates"):
         written = result.to_dict()
     checked = [validation.to_dict() for validation in validations]

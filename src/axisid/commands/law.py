@@ -37,9 +37,9 @@ def law(
     json_file: str | None,
     force: bool,
 ) -> None:
-    """Find the ready control law that explains a RECORD of AXIS, or of its twin.
+    """Find the built-in control law that explains a RECORD of AXIS, or of its twin.
 
-    The gains and the delay of each ready law are estimated from half of the rows. The laws are
+    The gains and the delay of each built-in law are estimated from half of the rows. The laws are
     compared by their residual on the other half. A control law that AXIS declares is ignored.
     """
     logs = () if record is None else (record,)

@@ -40,9 +40,9 @@ _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 
 
 _NO_MEMORY = (
-    "there is not enough memory for this record and these options. Take only windows of the log, "
-    "which form one regression with one verdict (--window FROM..TO --window FROM..TO), increase "
-    "the decimation, or reduce the number of draws."
+    "there is not enough memory for this record and these options. Use only windows of the log "
+    "(--window FROM..TO --window FROM..TO), which form one regression with one verdict, increase "
+    "the decimation, or reduce the number of replicas (--bootstrap)."
 )
 
 
@@ -74,7 +74,7 @@ def cli() -> None:
 
 
 def main() -> NoReturn:
-    """Run the command line: every failure is one message on stderr and an exit code."""
+    """Run the command line and exit; a failure is one message on stderr and an exit code."""
     one_thread()
     _fill_closed()
     for stream in (sys.stdout, sys.stderr):
@@ -84,17 +84,17 @@ def main() -> NoReturn:
     for stream in filter(None, (sys.stdout, sys.stderr)):
         try:
             stream.flush()
-        except OSError:  # what is left is dropped: the interpreter would complain at its end
+        except OSError:  # unwritten output is discarded, so that the interpreter reports nothing
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     sys.exit(code)
 
 
 def _run() -> Any:
-    """Run the command, with warnings as single lines on stderr; return its exit code."""
+    """Run the command, with each warning as one line on stderr, and return its exit code."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", RuntimeWarning)
         without_arithmetic_warnings()
-        # One line on stderr in place of Python's two, which name a source line.
+        # One line instead of Python's two lines, which name a line of the source.
         warnings.showwarning = lambda message, *_, **__: click.echo(f"axisid: {message}", err=True)
         code = cli.main(prog_name="axisid", standalone_mode=False)
     if sys.stdout is not None:
@@ -106,7 +106,7 @@ def _exit_code() -> Any:
     """Run the command and return its exit code; a failure is printed on stderr."""
     try:
         return _run()
-    except click.exceptions.NoArgsIsHelpError as error:  # the help, whole
+    except click.exceptions.NoArgsIsHelpError as error:  # the message is the help
         click.echo(error.format_message(), err=True)
         return error.exit_code
     except click.ClickException as error:
@@ -127,8 +127,8 @@ def _exit_code() -> Any:
         if asks_for_tracebacks():
             raise
         return _fail(
-            f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 to see the "
-            "traceback, and report it.",
+            f"internal fault: {type(error).__name__}: {error}. Run the command again with "
+            "AXISID_DEBUG=1 in the environment, and report the traceback.",
             1,
         )
 
@@ -146,10 +146,10 @@ def _fill_closed() -> None:
             os.open(os.devnull, os.O_RDWR)
 
 
-def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:
+def _fail(message: str, code: int, mistakes: Iterable[str] = ()) -> int:
     """Print a message on stderr, with the mistakes of a file below it, and return the code."""
-    with contextlib.suppress(OSError):  # the exit code alone reports it
+    with contextlib.suppress(OSError):  # if stderr is closed, only the exit code reports it
         click.echo(f"axisid: {' '.join(message.split())}", err=True)
-        for mistake in listed:
+        for mistake in mistakes:
             click.echo(indent(mistake, "  "), err=True)
     return code

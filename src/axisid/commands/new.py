@@ -20,7 +20,9 @@ from axisid.support.errors import ModelError, UsageError
 )
 @click.argument("name", required=False)
 @click.option(
-    "--newton/--lagrange", default=True, help="Declare forces, or energies.  [default: newton]"
+    "--newton/--lagrange",
+    default=True,
+    help="Declare forces (Newton), or energies (Lagrange).  [default: newton]",
 )
 @click.option(
     "--toml/--python", default=True, help="Write a TOML file, or a Python file.  [default: toml]"
@@ -29,25 +31,25 @@ from axisid.support.errors import ModelError, UsageError
     "--record",
     metavar="LOG",
     shell_complete=complete_file,
-    help="Write a run.toml (or NAME.toml) next to this log instead of a declaration. It describes "
-    "the log, with the columns and units found in it. Every command takes it instead of the log.",
+    help="Write a run.toml (or NAME.toml) next to this log instead of a declaration. The file "
+    "describes the log with the columns and units found in it. Name the run.toml instead of the "
+    "log in other commands.",
 )
 def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
-    """Write a first declaration with comments, NAME.toml or NAME.py in this folder.
+    """Write a first declaration with comments: NAME.toml or NAME.py in this folder.
 
-    The declaration is complete: a linear stage (a pendulum with --lagrange) with its control law,
-    and an experiment whose twin can be identified at once.
+    The declaration is complete: a linear stage (with --lagrange a pendulum) with a control law, and
+    an experiment whose twin can be identified at once.
     """
     if record is not None:
-        for option in ("--newton", "--toml"):
-            check_idle(
-                option, "or its opposite describes a declaration, but --record writes a run.toml"
-            )
+        for option, opposite in (("--newton", "--lagrange"), ("--toml", "--python")):
+            reason = f"(or {opposite}) applies to a declaration, but --record writes a run.toml"
+            check_idle(option, reason)
         log, name = Path(record), name or "run"
         if Path(name).name != name:
             raise UsageError(
-                f"{name!r} is not a file name. The file is written next to {log}. Give a name "
-                "without a folder."
+                f"{name!r} is not a file name. The file is written into the folder of {log}. Give "
+                "a name without a folder."
             )
         file = log.parent / f"{name.removesuffix('.toml')}.toml"
         _check_free(file)
@@ -57,8 +59,8 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
         return
     if name is None:
         raise click.UsageError(
-            "neither an axis nor a log is named. Give the NAME of an axis, or a log with --record "
-            "LOG."
+            "neither an axis nor a log is given. Give the NAME of a new axis, or a log with "
+            "--record LOG."
         )
     file = Path(f"{name}.toml" if toml else f"{name}.py")
     try:
@@ -75,13 +77,15 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
         ),
     )
     write_output(str(file), scaffold(name, newton=newton, toml=toml))
-    click.echo(f"wrote {file}. Edit it, then run (identify uses its twin; add your log after it):")
+    click.echo(
+        f"wrote {file}. Edit the file, then run (identify uses the twin; add your log at the end):"
+    )
     click.echo(f"  axisid show {file}")
     click.echo(f"  axisid identify {file}")
 
 
 def scaffold(name: str, *, newton: bool, toml: bool) -> str:
-    """Return the text of a first declaration: a file of `scaffolds` with its NAME replaced."""
+    """Return the text of a first declaration: a file of `scaffolds`, with `name` for NAME."""
     file = f"{'newton' if newton else 'lagrange'}.{'toml' if toml else 'py.txt'}"
     template = resources.files("axisid.commands") / "scaffolds" / file
     return template.read_text(encoding="utf-8").replace("NAME", name)

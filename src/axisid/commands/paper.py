@@ -26,13 +26,13 @@ from axisid.commands.options import (
 @click.option(
     "--output",
     metavar="DIR",
-    help="Also write the tables, the figures and the results as JSON into this folder.",
+    help="Write the tables, the figures and the results as JSON into this folder too.",
 )
 @click.option(
     "--runs",
     type=click.IntRange(min=2),
     metavar="N",
-    help="Also show the distribution of the estimates of N twins with both filters.",
+    help="Show the distribution of the estimates of N twins with both filters too.",
 )
 @click.option(
     "--jobs",
@@ -40,13 +40,14 @@ from axisid.commands.options import (
     default=1,
     show_default=True,
     metavar="N",
-    help="Number of processes for these twins. The results do not depend on it.",
+    help="Number of processes for the twins of --runs. The results do not depend on it.",
 )
 @force_option
 def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
     """Identify the twin of the paper's axis with all four methods and both filters.
 
-    Prints the tables of Brunot et al. (SYSID 2015) next to the twin's, and draws figures 3 and 4.
+    The command prints the tables of Brunot et al. (SYSID 2015) next to the tables of the twin. With
+    --output it draws figures 3 and 4.
     """
     check_needed((("--jobs",), ("--runs",)))
     if output is not None:

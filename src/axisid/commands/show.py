@@ -13,14 +13,14 @@ from axisid.commands.options import Command, complete_axis, print_document, prog
     type=click.Choice(["text", "latex", "markdown"]),
     default="text",
     show_default=True,
-    help="Plain text for the terminal, a LaTeX document, or Markdown with formulas.",
+    help="Output format: plain text, a LaTeX document, or Markdown with formulas.",
 )
 def show(axis: str, form: str) -> None:
     """Print the declaration of AXIS and the models derived from it.
 
-    The page has the equation of motion, the inverse and the direct model with their regressors, the
-    map between their parameters, the identifiable parameters, and the drive, control law and
-    columns.
+    The output has the equation of motion, the inverse and the direct dynamic model with their
+    regressors, the map between their parameters, the identifiable parameters, the drive, the
+    control law and the columns.
     """
     with progress_line(f"deriving {axis}"):
         model = stages.derive(stages.load_axis(axis))

@@ -55,7 +55,8 @@ from .twin_options import anywhere_option, given_noise, noise_options, truth_opt
     "--twin",
     metavar="AXIS",
     shell_complete=complete_axis,
-    help="Simulate this axis instead, to test a wrong model.  [default: AXIS]",
+    help="Simulate the twins with this axis, to test the identification with a wrong model.  "
+    "[default: AXIS]",
 )
 @truth_option
 @noise_options
@@ -66,8 +67,8 @@ from .twin_options import anywhere_option, given_noise, noise_options, truth_opt
     default=0,
     show_default=True,
     metavar="N",
-    help="Also run all checks for the first N twins and report how often each check fails. Checks "
-    "take several times as long as an estimate.",
+    help="Run all checks for the first N twins and report how often each check fails. The checks "
+    "take several times as long as the estimates.",
 )
 @takes("filtering", Filtering)
 @leave_out_option
@@ -89,7 +90,9 @@ from .twin_options import anywhere_option, given_noise, noise_options, truth_opt
     help="Number of processes. The results do not depend on it.",
 )
 @click.option(
-    "--output", metavar="FILE", help="Write the figures of every run into a .npz or .parquet file."
+    "--output",
+    metavar="FILE",
+    help="Write the numbers of every run into a .npz or .parquet file.",
 )
 @json_option
 @click.option("--report", metavar="FILE", help="Write an HTML page with tables and figures.")
@@ -115,11 +118,11 @@ def study(
     force: bool,
     **noise: float | None,
 ) -> None:
-    """Identify many twins of AXIS, each with its own noise, and compare with their true values.
+    """Identify many twins of AXIS, each with other noise, and compare estimates and true values.
 
-    The study reports the bias and scatter of every estimate, how often its intervals contain the
-    true value, and how often each check fails. The twins are of the axis itself, or of another axis
-    (--twin).
+    The study reports the bias and the scatter of every estimate, how often its intervals contain
+    the true value, and how often each check fails (--checks). The twins are simulated with AXIS, or
+    with another axis (--twin).
     """
     regressions = tuple(method for method in methods if not fitted_output(method))
     for option in () if regressions else ("--loss", "--bootstrap", *Filtering.names().values()):
@@ -141,22 +144,20 @@ def study(
     with progress_line(f"deriving {axis}"):
         whole = stages.load_axis(axis)
         identified = stages.build(stages.leave_out(whole, *left_out))
-        # The simulated axis has every term.
+        # The simulated axis keeps the parameters that are not identified.
         simulated = identified
         if twin is not None or left_out:
             simulated = stages.build(whole if twin is None else stages.load_axis(twin))
 
     def keep(partial: stages.MonteCarlo) -> None:
-        """Keep the finished runs of a study that ends early, and print their number."""
+        """Write the finished runs of a study that ends early, and print their number."""
         done = f"{len(partial)} of {partial.plan.runs} runs were finished"
-        if output is not None:
+        if output is None:
+            kept = "and are lost. Add --output FILE to keep finished runs"
+        else:
             stages.write_runs(partial, output)
-        kept = (
-            " and are lost; --output FILE keeps them"
-            if output is None
-            else f" and are kept in {output}"
-        )
-        click.echo(f"axisid: {done}{kept}", err=True)
+            kept = f"and are kept in {output}"
+        click.echo(f"axisid: {done} {kept}", err=True)
 
     with progress_line("twins") as line:
         result = stages.monte_carlo(

@@ -27,21 +27,40 @@ from axisid.support.errors import UsageError
 
 @click.command(
     cls=Command,
-    short_help="Identify with many cut-offs.",
+    short_help="Identify with many cut-offs of the filter.",
     epilog="Examples: axisid sweep emps2015 --points 3, or "
     "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
 )
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
-@click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
-@click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
-@click.option("--points", type=int, default=12, show_default=True, help="Number of cut-offs.")
+@click.option(
+    "--from",
+    "lowest",
+    type=float,
+    metavar="HZ",
+    help="Lowest cut-off, Hz.  [default: 0.02 of the sampling rate]",
+)
+@click.option(
+    "--to",
+    "highest",
+    type=float,
+    metavar="HZ",
+    help="Highest cut-off, Hz.  [default: 0.4 of the sampling rate]",
+)
+@click.option(
+    "--points",
+    type=int,
+    default=12,
+    show_default=True,
+    metavar="N",
+    help="Number of cut-offs, in equal ratios.",
+)
 @takes("filtering", Filtering, without=("cutoff", "decimate"))
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @leave_out_option
 @json_option
-@click.option("--figure", metavar="FILE", help="Draw the sweep into a .png, .svg or .pdf.")
+@click.option("--figure", metavar="FILE", help="Draw the sweep into a .png, .svg or .pdf file.")
 @force_option
 def sweep(
     axis: str,
@@ -59,8 +78,9 @@ def sweep(
 ) -> None:
     """Identify AXIS from one or several RECORDs (or its twin) with many cut-offs of the filter.
 
-    LS drifts when noise begins to bias it, and IV stays. One cut-off is recommended. The decimation
-    follows the cut-off.
+    With a rising cut-off, noise begins to bias the least-squares estimates (LS), while the
+    estimates by instrumental variables (IV) stay constant. One cut-off is recommended. The
+    decimation follows from the cut-off.
     """
     check_targets(
         [

@@ -1,4 +1,4 @@
-"""``axisid trend``: follow the parameters of axes over many results."""
+"""``axisid trend``: report changes of parameters over many results."""
 
 import click
 
@@ -25,8 +25,8 @@ from axisid.commands.options import (
 @click.option(
     "--by",
     metavar="CONDITION",
-    help="Order the results by this column of the fleet's manifest, with numbers or dates.  "
-    "[default: the order in which they are named]",
+    help="Order the results by this column of the fleet's manifest, which has numbers or dates.  "
+    "[default: the order of RESULTS]",
 )
 @click.option(
     "--method",
@@ -36,10 +36,14 @@ from axisid.commands.options import (
 @click.option(
     "--count-failing",
     is_flag=True,
-    help="Use results with a failed verdict, like the others, for limits and changes.",
+    help="Use results with a failed verdict too for the limits and the changes. Without this "
+    "option such results are shown but not used.",
 )
 @click.option(
-    "--csv", "table", metavar="FILE", help="Write a table with a row for each value of each result."
+    "--csv",
+    "table",
+    metavar="FILE",
+    help="Write a CSV table with a row for each parameter of each result.",
 )
 @click.option("--report", metavar="FILE", help="Write an HTML page with a figure of each series.")
 @json_option
@@ -58,9 +62,9 @@ def trend(
 
     RESULTS are files that identify --json or fit --json wrote, and folders of such files, for
     instance of a fleet.
-    Results of one axis and serial number form a series. Its control limits come from the standard
-    errors of the results and the scatter between them. Results outside the limits, and steps, are
-    reported.
+    Results with the same axis and serial number form a series. The control limits of a series come
+    from the standard errors of its results and from the scatter between the results. Results
+    outside the limits, steps and drifts are reported.
     """
     check_targets(
         [

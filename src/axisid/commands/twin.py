@@ -24,7 +24,7 @@ from .twin_options import anywhere_option, given_noise, noise_options, truth_opt
 _MOTION = ("--acceleration", "--seconds", "--repeat", "--dwell")
 
 
-#: Reads shares of true values by name; the share of all others has the name ``""``.
+#: Function that reads shares of true values by parameter; ``""`` stands for all other parameters.
 _shares = by_names(
     VALUE,
     "is not a share. Write NAME=SHARE, as in Fc=5% or Fc=0.05.",
@@ -43,13 +43,13 @@ _shares = by_names(
     "--output",
     required=True,
     metavar="PLACE",
-    help="File of one log, .csv or .parquet; with --count or --days a folder for all logs.",
+    help="File of one log, .csv or .parquet. With --count or --days: folder for all logs.",
 )
 @click.option(
     "--count",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Number of machines, each simulated as a twin.",
+    help="Number of machines, each of which is simulated as a twin.",
 )
 @click.option(
     "--days",
@@ -62,15 +62,15 @@ _shares = by_names(
     multiple=True,
     metavar="[NAME=]SHARE",
     callback=reading(_shares),
-    help="Relative standard deviation of a true value between machines; without NAME of all true "
-    "values. Write 2% or Fc=0.05. Can be repeated.",
+    help="Relative standard deviation of a true value between machines. Without NAME it applies to "
+    "all other true values. Write 2% or Fc=0.05. Can be repeated.",
 )
 @click.option(
     "--drift",
     multiple=True,
     metavar="NAME=SHARE",
     callback=reading(_shares),
-    help="Relative change of a true value per day. Can be repeated.",
+    help="Relative change of a true value per day, as in Fc=0.5%. Can be repeated.",
 )
 @truth_option
 @noise_options
@@ -81,8 +81,8 @@ _shares = by_names(
     type=float,
     multiple=True,
     metavar="V",
-    help="Move back and forth at this speed, in coordinate units per second, instead of the "
-    "experiment's motion. Can be repeated.",
+    help="Move back and forth at this speed, in coordinate units per second, instead of the motion "
+    "of the experiment. Needs --acceleration. Can be repeated.",
 )
 @click.option(
     "--acceleration",
@@ -111,7 +111,7 @@ _shares = by_names(
     type=float,
     default=0.0,
     metavar="S",
-    help="Standstill after each move of the --speed motion, s.",
+    help="Duration of the standstill after each move of the --speed motion, s.  [default: 0]",
 )
 @click.option(
     "--sample-period",
@@ -156,10 +156,11 @@ def twin(
 ) -> None:
     """Write the log of a twin of AXIS, or the logs of many twins.
 
-    A twin is simulated with known true values, and with the axis's own experiment or another
-    motion. identify reads its log without further options. Noise is drawn as in study. The twin
-    that identify simulates if no log is given has other noise, whatever the seed. With --count or
-    --days the folder also gets a manifest for fleet, with the true values of every machine.
+    A twin is simulated with known true values, and with the motion of the axis's experiment or
+    another motion. identify reads the log of a twin without further options. The noise is drawn as
+    in study. It differs for every seed from the noise of the twin that identify simulates without a
+    log. With --count or --days the folder also gets a manifest for fleet, with the true values of
+    every machine.
     """
     folder = count is not None or days is not None
     check_needed(
@@ -172,7 +173,10 @@ def twin(
     if not folder:
         check_targets([Target("--output", output, "twin")], [axis], force=force)
     if folder == output.endswith((".csv", ".parquet")):
-        expected = "--count and --days write a folder. Name a folder, or omit these options."
+        expected = (
+            "with --count or --days the logs are written into a folder. Name a folder, or omit "
+            "these options."
+        )
         if not folder:
             expected = (
                 "one log is written to a file that ends in .csv or .parquet. Name such a file, or "

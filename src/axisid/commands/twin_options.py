@@ -7,38 +7,41 @@ import click
 
 from axisid.commands.options import VALUE, by_names, reading, stages
 
-#: The noise of the twins, by option: its name in Python and its help.
+#: Options of the noise of twins: the argument of `declared_chain`, and the help, by option.
 NOISE = {
     "--position-noise": (
         "position",
-        "Standard deviation of the noise of the measured position, which the loop feeds back, SI.",
+        "Standard deviation of the noise of the measured position, SI. The loop feeds this "
+        "position back.",
     ),
     "--resolution": (
         "resolution",
-        "Resolution of the encoder, in the loop and in the record, SI; 0 for no quantisation.",
+        "Resolution of the encoder in the loop and in the record, SI. 0 for no quantisation.",
     ),
     "--velocity-noise": (
         "velocity",
         "Record a measured velocity with noise of this standard deviation, SI. The loop does not "
-        "use it.",
+        "use this velocity.  [default: no measured velocity]",
     ),
     "--acceleration-noise": (
         "acceleration",
         "Record a measured acceleration with noise of this standard deviation, SI. The loop does "
-        "not use it.",
+        "not use this acceleration.  [default: no measured acceleration]",
     ),
     "--control-noise": (
         "control",
-        "Standard deviation of the noise of the recorded control, in the drive's unit.",
+        "Standard deviation of the noise of the recorded control, in the drive's unit.  [default: "
+        "0]",
     ),
     "--disturbance": (
         "disturbance",
         "Standard deviation of a disturbance that acts in addition to the control and is not "
-        "recorded, in the drive's unit.",
+        "recorded, in the drive's unit.  [default: 0]",
     ),
     "--correlation-time": (
         "correlation_time",
-        "Correlation time of --control-noise and --disturbance, s; 0 for white noise.",
+        "Correlation time of --control-noise and --disturbance, s. 0 for white noise.  [default: "
+        "0]",
     ),
 }
 anywhere_option = click.option(
@@ -50,16 +53,21 @@ anywhere_option = click.option(
 
 
 def noise_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of the noise; the command takes each as ``noise_`` plus its name."""
-    for name, (parameter, said) in reversed(NOISE.items()):
-        default = "  [default: the experiment's]" * (parameter in ("position", "resolution"))
-        own = f"noise_{parameter}"
-        command = click.option(name, own, type=float, metavar="X", help=said + default)(command)
+    """Add the options of `NOISE`; a command takes each as ``noise_`` plus the argument's name."""
+    for name, (argument, text) in reversed(NOISE.items()):
+        is_declared = argument in ("position", "resolution")
+        default = "  [default: the value of the experiment]" if is_declared else ""
+        add = click.option(name, f"noise_{argument}", type=float, metavar="X", help=text + default)
+        command = add(command)
     return command
 
 
 def given_noise(axis: "stages.GeneratedAxis", noise: Mapping[str, float | None]) -> "stages.Chain":
-    """Return the noise of an axis's twins, by default the noise of its experiment."""
+    """Return the noise of an axis's twins.
+
+    `noise` has the values of the options of `NOISE` and of ``--anywhere``, as a command takes them.
+    For None, which is an option that is not given, the noise of the axis's experiment is used.
+    """
     given: dict[str, Any] = {name.removeprefix("noise_"): each for name, each in noise.items()}
     return stages.declared_chain(stages.Chain.of_experiment(axis.axis), **given)
 
@@ -75,6 +83,6 @@ truth_option = click.option(
             lambda value, _: float(value),
         )
     ),
-    help="True value of a parameter of the twins, SI, instead of the experiment's value. Can be "
-    "repeated.",
+    help="True value of a parameter of the twins, SI. It replaces the value of the experiment. Can "
+    "be repeated.",
 )

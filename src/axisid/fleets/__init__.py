@@ -1,4 +1,4 @@
-"""Many logs, and many results: a table, axes that stand out, and what changes over time.
+"""Identification of many logs: a table, outliers, and changes of parameters over time.
 
 In: logs, a manifest, an executor; files of results. Out: a result for each log, a fleet with its
 outliers; series with their limits, steps and drifts, as text, a page, a table. Knows nothing of the

@@ -1,4 +1,4 @@
-"""Many logs identified one by one or in parallel; a mistake common to all logs is refused once."""
+"""Identify many logs, one by one or in parallel; refuse a mistake common to all logs once."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,11 +28,13 @@ from .ledger import LEDGER, FleetRow, Ledger, read_ledger, write_rows
 from .one_log import Settings, identify_log, log_digest, result_file, result_of, row_for
 from .result import TABLES, Fleet
 
-#: Arguments of `identify` that apply to several records together.
+#: Arguments of `identify` that apply to several records together, so not to a fleet.
 OF_SEVERAL = ("local", "known", "gain", "skip_bad")
-_LOOKED_AT = 20  # logs that fail alike, before the others are given up
+_LOOKED_AT = 20  # logs that fail for the same reason, before the fleet is refused
+#: Codes of errors in the columns, which may be missing in all logs or in some.
 _OF_COLUMNS = ("columns", "units", "test-signal", "missing-column")
-_UNTOLD = ("", "internal", "time", "killed")  # codes of failures that may not recur at another time
+#: Codes of rows without a failure, or with one that may not recur.
+_OTHER_REASONS = ("", "internal", "time", "killed")
 
 
 def fleet(
@@ -54,11 +56,11 @@ def fleet(
     progress: Progress | None = None,
     **identifying: Any,
 ) -> Fleet:
-    """Identify every log separately, and find the axes that stand out.
+    """Identify every log separately, and return the results with outliers among the logs.
 
-    Each result is written as ``NAME.json`` as soon as it is there, the same as ``axisid identify
-    --json`` writes, and each log has a line in ``fleet.jsonl``. A log that fails does not change
-    the result of an earlier run.
+    Each result is written as ``NAME.json`` as soon as its log is identified, in the form of
+    ``axisid identify --json``, and each log has a line in ``fleet.jsonl``. If a log fails, the
+    result of an earlier run is kept.
 
     Parameters
     ----------
@@ -66,29 +68,31 @@ def fleet(
         Logs, patterns (``logs/**/*.csv``), folders, manifests (a table with a column ``log``), and
         items.
     axis : Axis, str or Path, optional
-        Axis of the logs for which nothing else names one.
+        Axis of the logs for which neither a manifest nor an item names one.
     out : str or Path
         Folder of the results.
     jobs : int
-        Processes; 0 for this one, in which a log that hangs or ends the process is not shielded.
+        Number of processes. 0 for this process itself: a log that hangs or ends the process then
+        stops the fleet.
     executor : Executor, optional
-        Used instead of processes: any of `concurrent.futures`, or Dask's ``client.get_executor()``.
+        Executor that is used instead of processes: any of `concurrent.futures`, or Dask's
+        ``client.get_executor()``.
     time_limit : float, optional
-        Seconds for one log; for a process's first log of an axis, this includes building the axis.
-        Not with an executor, whose work cannot be ended.
+        Time limit for one log, s; for the first log of an axis in a process, it includes building
+        the axis. Not with an executor, whose work cannot be ended.
     resume : bool
         Skip logs that were identified before with the same axis and options.
     prefilter : Prefilter, optional
-        As in `identify`; open settings follow the rate of each log.
+        As in `identify`; open settings follow from the sampling rate of each log.
     fixed, left_out, drive_time, native
         Known parameters, parameters that are not identified, the drive's time that is estimated,
         and whether compiled code runs: as in `fix`, `leave_out`, `Drive.estimating` and `build`.
     draws : int
         As in `Identification.to_dict`.
     reading : mapping, optional
-        Arguments of `read_record`.
+        Further arguments of `read_record`.
     progress : callable, optional
-        Called with the number done, the total, and a text.
+        Called with the number of logs done, the total, and a text.
     **identifying
         Further arguments of `identify` that apply to one record: ``methods``, ``covariance``, ...
 
@@ -110,7 +114,7 @@ def fleet(
         UsageError,
         (
             not (is_whole(jobs) and jobs >= 0),
-            f"jobs is {quoted(jobs)}. Give a whole number of processes; 0 uses this process alone",
+            f"jobs is {quoted(jobs)}. Give the number of processes, or 0 to use this process alone",
         ),
         (
             not is_time,
@@ -124,7 +128,7 @@ def fleet(
         (
             several,
             f"{several} applies to several records together, but a fleet identifies each log "
-            "separately. Omit it",
+            f"separately. Omit {several}",
         ),
         code="fleet",
     )
@@ -142,11 +146,12 @@ def fleet(
         identifying=identifying,
         draws=draws,
     )
-    for function, own, given in (
+    # Arguments of `identify` and `read_record` that do not exist, or are set by the fleet.
+    for function, reserved, given in (
         (identify, {"axis", "record", "prefilter", *OF_SEVERAL}, identifying),
         (read_record, {"log", "axis"}, settings.reading),
     ):
-        takes = [name for name in signature(function).parameters if name not in own]
+        takes = [name for name in signature(function).parameters if name not in reserved]
         if unknown := [name for name in given if name not in takes]:
             raise UsageError(
                 f"{function.__name__} has no argument {quoted(unknown[0])}. Its arguments are "
@@ -155,15 +160,16 @@ def fleet(
             )
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
-        settings.built(items[0])  # a mistake in the axis of all logs is refused at once
+        settings.built(items[0])  # refuses a mistake in the axis before any log is read
     ledger = read_ledger(Path(out))
+    # Logs that were identified before; their rows are written again if anything in them changed.
     done = dict(_finished(settings, items, ledger)) if resume else {}
     todo = [item for item in items if item.name not in done]
-    moved = [row for row in done.values() if row != ledger.last[row.name]]
+    changed = [row for row in done.values() if row != ledger.last[row.name]]
     made = _work(
         settings,
         todo,
-        moved,
+        changed,
         trusted=any(row.has_result for row in done.values()),
         progress=progress,
         jobs=jobs,
@@ -177,8 +183,8 @@ def fleet(
     notes = []
     if resume and ledger.broken:
         notes.append(
-            f"{ledger.broken}, probably because an earlier run was interrupted. Logs without "
-            "another line were identified again."
+            f"{ledger.broken}, probably because an earlier run was interrupted. Logs that have no "
+            "other line in this file were identified again."
         )
     failed = [name for name, row in rows.items() if not row.has_result and name in ledger.results]
     if kept := [name for name in failed if result_file(out, name).exists()]:
@@ -215,22 +221,24 @@ def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
 def _work(
     settings: Settings,
     todo: Sequence[FleetItem],
-    moved: Sequence[FleetRow],
+    changed: Sequence[FleetRow],
     *,
     trusted: bool,
     **how: Any,
 ) -> Iterator[FleetRow]:
-    """Yield the row of each log when it is done, already written to the ledger.
+    """Identify logs, and yield the row of each log after it is written to the ledger.
 
     Parameters
     ----------
     settings : Settings
     todo : sequence of FleetItem
         Logs to be identified.
-    moved : sequence of FleetRow
-        Rows of earlier results whose log is now named differently, which are written first.
+    changed : sequence of FleetRow
+        Rows of earlier results whose log has another path or description now. They are written
+        first.
     trusted : bool
-        Whether a log was identified with these settings before, so that they are not wrong for all.
+        True if a log was identified with these settings before. Otherwise the settings may be wrong
+        for all logs (`checked`).
     **how
         Further arguments of `run_jobs`.
     """
@@ -239,21 +247,21 @@ def _work(
     )
     folder = Path(settings.folder)
     with closing(made):
-        told = ((todo[place], _row_of(todo[place], found)) for place, found in made)
-        rows = (
-            (row for _, row in told)
-            if trusted
-            else checked(told, len(todo), partial(result_of, settings))
-        )
-        if moved:
-            write_rows(folder, moved)
-        for row in rows:  # a refused log has none, and is removed from the ledger
+        pairs = ((todo[index], _row_of(todo[index], outcome)) for index, outcome in made)
+        rows: Iterator[FleetRow]
+        if trusted:
+            rows = (row for _, row in pairs)
+        else:
+            rows = checked(pairs, len(todo), partial(result_of, settings))
+        if changed:
+            write_rows(folder, changed)
+        for row in rows:
             write_rows(folder, [row])
             yield row
 
 
 def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:
-    """Return the row of a log; a job that failed gives a row with the reason."""
+    """Return the row of a log; for a failed job, a row with the reason of the failure."""
     if not isinstance(made, Failure):
         return made
     return row_for(
@@ -269,8 +277,10 @@ def _finished(
 ) -> Iterator[tuple[str, FleetRow]]:
     """Yield name and row of each log that was identified before with equal axis and options.
 
-    A result counts even if a later try failed, for instance because the log could not be read. A
-    log whose process was killed or took too long has no key, because it may succeed another time.
+    The row has the present path, serial number, columns and conditions of the log. A result is used
+    even if a later identification failed, for instance because the log could not be read. A log
+    whose process was killed or took too long has no key and is not yielded, because it may succeed
+    another time.
     """
     for item in items:
         try:
@@ -283,12 +293,12 @@ def _finished(
             continue
         row = same[0]
         if not row.has_result or _is_whole(result_file(settings.folder, row.name)):
-            said = {n: getattr(item, n) for n in ("log", "serial", "columns", "conditions")}
-            yield item.name, msgspec.structs.replace(row, **said)
+            present = {n: getattr(item, n) for n in ("log", "serial", "columns", "conditions")}
+            yield item.name, msgspec.structs.replace(row, **present)
 
 
 def _is_whole(result: Path) -> bool:
-    """Return whether a result file exists and is unchanged since it was written."""
+    """Return True if a result file exists and is unchanged since it was written."""
     try:
         members = msgspec.json.decode(result.read_bytes())
         return isinstance(members, dict) and is_unchanged(members)
@@ -299,11 +309,11 @@ def _is_whole(result: Path) -> bool:
 def checked(
     rows: Iterator[tuple[FleetItem, FleetRow]], total: int, again: Callable[[FleetItem], object]
 ) -> Iterator[FleetRow]:
-    """Yield rows as they are made, unless all logs fail for a reason in the settings.
+    """Yield rows as they are made; raise an error if all logs fail because of the settings.
 
-    The first rows are held back as long as each fails for the same reason. If other rows follow,
-    all rows are yielded unchanged. If the first 20 rows, or all, fail in this way, the first log is
-    tried again to raise its error.
+    The first rows are delayed while all of them failed for the same reason. As soon as another row
+    follows, all rows are yielded unchanged. If the first 20 rows, or all, failed for the same
+    reason, the first log is identified again to raise its error.
 
     Parameters
     ----------
@@ -311,40 +321,45 @@ def checked(
     total : int
         Total number of rows.
     again : callable
-        Reads and identifies a log, to raise its error.
+        Function that identifies the log of an item, and so raises its error again.
 
     Raises
     ------
     UsageError, ModelError, DataError
         The error of the first log.
     """
-    held: list[tuple[FleetItem, FleetRow]] = []
+    delayed: list[tuple[FleetItem, FleetRow]] = []
     for item, row in rows:
-        held.append((item, row))
-        said = {
+        delayed.append((item, row))
+        # The reason of a failure, without the name of the log.
+        reasons = {
             (
                 i.axis,
                 i.columns_text,
                 r.code,
                 r.reason.replace(r.log, "").replace(Path(r.log).name, ""),
             )
-            for i, r in held
+            for i, r in delayed
         }
-        if len(said) > 1 or row.code in _UNTOLD:
+        if len(reasons) > 1 or row.code in _OTHER_REASONS:
             break
-        if len(held) in (total, _LOOKED_AT):
-            every = len(held) == total
+        if len(delayed) in (total, _LOOKED_AT):
+            every = len(delayed) == total
             try:
-                again(held[0][0])
+                again(delayed[0][0])
             except AxisidError as error:
                 kind = next((k for k in (UsageError, ModelError) if isinstance(error, k)), None)
                 of_columns = isinstance(error, DataError) and error.code in _OF_COLUMNS
                 if of_columns and not every:
-                    continue  # logs that follow may have the column: only all of them show it
+                    continue  # a log that follows may have the column
                 if kind or of_columns:
-                    of = f"all {total} logs" if every else f"the first {len(held)} of {total} logs"
-                    told = f"{of} fail for the same reason: {error}" if total > 1 else str(error)
-                    raise (kind or DataError)(told, code=error.code) from error
+                    failed = f"the first {len(delayed)} of {total} logs"
+                    if every:
+                        failed = f"all {total} logs"
+                    message = str(error)
+                    if total > 1:
+                        message = f"{failed} fail for the same reason: {error}"
+                    raise (kind or DataError)(message, code=error.code) from error
             break
-    yield from (row for _, row in held)
+    yield from (row for _, row in delayed)
     yield from (row for _, row in rows)

@@ -1,4 +1,4 @@
-"""Logs of a fleet, named by file, pattern, folder, or a manifest: a table of logs."""
+"""Logs of a fleet, named by file, pattern, folder, or by a manifest, which is a table of logs."""
 
 import csv
 import glob
@@ -24,14 +24,14 @@ from axisid.support.wording import quoted
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")
 _TEXT, _PARQUET = (".csv", ".tsv", ".txt"), (".parquet", ".pq")
-_LOOKED_AT = 4096  # bytes of a header
-_LOGS = {"twin", "twin-manifest"}  # of files that commands write
-_BY_PATH = ""  # for a log of which only the path is given
+_LOOKED_AT = 4096  # bytes at the beginning of a table, which contain its header
+_LOGS = {"twin", "twin-manifest"}  # kinds of output (`kinds_of`) that may be logs
+_BY_PATH = ""  # origin of a log of which only the path is given
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FleetItem:
-    """A log and its description, without its samples, so that it can be sent anywhere.
+    """A log and its description, without its samples, so that it is cheap to send to a process.
 
     Attributes
     ----------
@@ -42,12 +42,12 @@ class FleetItem:
     serial : str
         Serial number of its machine; empty if it is not known.
     columns : mapping of str to str
-        Columns of this log by role, instead of those of all logs.
+        Columns of this log by role. They replace the columns that apply to all logs.
     conditions : mapping of str to str or float
         Further known properties of the log, such as a temperature or a date; they are copied into
         the table.
     name : str
-        Name of its result, set by the fleet: that of the log, with a mark if two are equal.
+        Name of its result, set by the fleet: the name of the log, with a suffix if two are equal.
     """
 
     log: str
@@ -59,15 +59,15 @@ class FleetItem:
 
     @property
     def columns_text(self) -> str:
-        """Return the columns in sorted order, so that equal columns give equal texts."""
+        """Return the columns as text in sorted order; equal columns give equal texts."""
         return ",".join(f"{role}={name}" for role, name in sorted(self.columns.items()))
 
 
 def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
     """Return items with the names of their results.
 
-    The name is that of the log, also if a run.toml is given. If two are equal, a mark is appended
-    that depends on the log, its axis and its columns, and is the same in every run.
+    The name of a result is the name of the log, also if the log is given by a run.toml. Equal names
+    get a suffix: a hash of the log's path, axis and columns, which is the same in every run.
     """
     stems = [Path(item.log).name.partition(".")[0] for item in items]
     names = [
@@ -77,15 +77,15 @@ def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
     times = Counter(name.lower() for name in names)  # some file systems ignore case
     for i, item in enumerate(items):
         if times[names[i].lower()] > 1:
-            told = "\0".join(filter(None, (f"{item.log}\0{item.axis}", item.columns_text)))
-            names[i] += f"-{hashlib.sha256(told.encode(errors='replace')).hexdigest()[:8]}"
+            parts = "\0".join(filter(None, (f"{item.log}\0{item.axis}", item.columns_text)))
+            names[i] += f"-{hashlib.sha256(parts.encode(errors='replace')).hexdigest()[:8]}"
     return [replace(item, name=name) for item, name in zip(items, names, strict=True)]
 
 
 def _heads_of(file: Path) -> list[str]:
-    """Return the column names of a table; empty if there are none."""
+    """Return the column names of a table; empty for a file that is not a table."""
     kind = file.suffix.lower()
-    # An unreadable file is reported by its reader; pyarrow's errors are of these types.
+    # An unreadable file is reported later, when it is read. The types are those of pyarrow.
     with suppress(OSError, ValueError, NotImplementedError):
         if kind in _PARQUET:
             return [*_parquet(file).schema_arrow.names]
@@ -97,19 +97,20 @@ def _heads_of(file: Path) -> list[str]:
 
 
 def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
-    """Yield the logs of a manifest, each with a text that names its row.
+    """Yield the items of a manifest, each with a text that names its row.
 
-    Paths in a manifest are relative to its folder.
+    Paths in a manifest are relative to its folder. Columns other than log, axis, serial and columns
+    are conditions.
     """
     for number, row in enumerate(_rows(file), 1):
-        told = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
-        conditions = {k: _condition(v) for k, v in told.items() if k not in _OWN}
-        axis, columns = str(told.get("axis", "")), str(told.get("columns", ""))
+        cells = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
+        conditions = {k: _condition(v) for k, v in cells.items() if k not in _OWN}
+        axis, columns = str(cells.get("axis", "")), str(cells.get("columns", ""))
         pairs = [pair.partition("=") for pair in columns.split(",") if pair.strip()]
         unread = any(not (role.strip() and name.strip()) for role, _, name in pairs)
         refuse(
             DataError,
-            (not told.get(_LOG), f"does not name a log. Give its path in the column {_LOG!r}"),
+            (not cells.get(_LOG), f"names no log. Give the path of a log in the column {_LOG!r}"),
             (unread, f"has {columns!r} as columns. Write ROLE=NAME[:UNIT],..."),
             (
                 any(row.get(None) or ()),
@@ -119,9 +120,9 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
             code="manifest",
         )
         item = FleetItem(
-            log=str(file.parent / str(told[_LOG])),
+            log=str(file.parent / str(cells[_LOG])),
             axis=str(file.parent / axis) if ".py" in axis or ".toml" in axis else axis,
-            serial=str(told.get("serial", "")),
+            serial=str(cells.get("serial", "")),
             columns={role.strip(): name.strip() for role, _, name in pairs},
             conditions={k: v for k, v in conditions.items() if v is not None},
         )
@@ -129,7 +130,10 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
 
 
 def _rows(file: Path) -> Iterator[Mapping[str | None, Any]]:
-    """Yield the rows of a manifest, by column name."""
+    """Yield the rows of a manifest, each a mapping of cells by column name.
+
+    A row of a text file with more cells than the header has the further cells under None.
+    """
     if file.suffix.lower() in _PARQUET:
         yield from _parquet(file).read().to_pylist()
         return
@@ -140,7 +144,8 @@ def _rows(file: Path) -> Iterator[Mapping[str | None, Any]]:
     first = text.split("\n", 1)[0]
     if twice := [head for head, times in Counter(_heads(first)).items() if head and times > 1]:
         raise DataError(
-            f"{file} has {_heads(first).count(twice[0])} columns named {twice[0]!r}. Keep one.",
+            f"{file} has {_heads(first).count(twice[0])} columns named {twice[0]!r}. Keep one of "
+            "them, and delete or rename the others.",
             code="manifest",
         )
     yield from csv.DictReader(io.StringIO(text), delimiter=_delimiter(first), skipinitialspace=True)
@@ -173,10 +178,11 @@ def _condition(given: Any) -> Condition | None:
 def gather_items(
     logs: str | Path | FleetItem | Iterable[str | Path | FleetItem], out: Path
 ) -> list[FleetItem]:
-    """Return all named logs, each once, in their order, with names for their results.
+    """Return an item for each named log, in the order of the arguments, with the result's name.
 
-    A log occurs several times if several axes or columns are given for it, as for a file of two
-    machines. If a manifest or an item describes it, its bare path adds nothing.
+    A log that is named several times gives one item. It gives several items if different axes or
+    columns are given for it, as for a file of two machines. A path without a description is ignored
+    if a manifest or an item describes the same log.
 
     Parameters
     ----------
@@ -191,49 +197,52 @@ def gather_items(
     Raises
     ------
     UsageError
-        There is no log, or an item is not a path.
+        There is no log, or an element of `logs` is not a path, a pattern or an item.
     DataError
-        A manifest cannot be read, or the same columns of a log are assigned to two machines.
+        A manifest cannot be read, or two rows describe the same columns of a log differently.
     """
-    places = listed(logs)
-    told = [each for place, one in enumerate(places, 1) for each in _items(one, out, place)]
-    runs = ((item.log, log_of(item.log)) for item, _ in told)
+    arguments = listed(logs)
+    # Each item with its origin: the row of a manifest, the number of an item, or `_BY_PATH`.
+    named = [pair for i, each in enumerate(arguments, 1) for pair in _items(each, out, i)]
+    runs = ((item.log, log_of(item.log)) for item, _ in named)
     described = {
-        *(os.path.abspath(item.log) for item, by in told if by != _BY_PATH),
+        *(os.path.abspath(item.log) for item, by in named if by != _BY_PATH),
         *(os.path.abspath(log) for run, log in runs if log != Path(run)),
     }
     found: dict[Hashable, tuple[FleetItem, str]] = {}
-    for item, by in told:
-        place = os.path.abspath(item.log)
-        if by == _BY_PATH and place in described:
+    for item, by in named:
+        path = os.path.abspath(item.log)
+        if by == _BY_PATH and path in described:
             continue
-        before, by_before = found.setdefault((place, item.axis, item.columns_text), (item, by))
+        before, by_before = found.setdefault((path, item.axis, item.columns_text), (item, by))
         for what in ("serial", "conditions"):
             first, second = getattr(before, what), getattr(item, what)
             if first != second:
                 raise DataError(
                     f"{by_before} and {by} give different {what} of {item.log}: {_as_text(first)} "
                     f"and {_as_text(second)}. Remove one of the two. If the log contains several "
-                    "machines, give each row its own columns.",
+                    "machines, give the columns of each machine in its row.",
                     code="manifest",
                 )
     if not found:
         raise UsageError(
-            f"no log was found in {' and '.join(map(str, places)) or 'an empty list'}. Name logs, "
-            "folders of logs, or manifests.",
+            f"no log was found in {' and '.join(map(str, arguments)) or 'an empty list'}. Name "
+            "logs, folders of logs, or manifests.",
             code="fleet",
         )
     return with_names([item for item, _ in found.values()])
 
 
-def _as_text(told: str | Mapping[str, Condition]) -> str:
-    """Return a serial number or conditions as text."""
-    text = told if isinstance(told, str) else ", ".join(f"{k}={v}" for k, v in told.items())
+def _as_text(given: str | Mapping[str, Condition]) -> str:
+    """Return a serial number or conditions as quoted text; ``none`` if empty."""
+    text = given if isinstance(given, str) else ", ".join(f"{k}={v}" for k, v in given.items())
     return quoted(text) if text else "none"
 
 
-def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, str]]:
-    """Yield the logs that one argument names, each with a text that names where it was given.
+def _items(given: object, out: Path, number: int) -> Iterator[tuple[FleetItem, str]]:
+    """Yield the items of one argument, each with its origin as text.
+
+    The origin is the row of a manifest, the number of a FleetItem, or `_BY_PATH`.
 
     Parameters
     ----------
@@ -241,11 +250,11 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
         A FleetItem, or a path or pattern.
     out : Path
         Folder of the results.
-    place : int
+    number : int
         Number of the argument, for messages.
     """
     if isinstance(given, FleetItem):
-        yield given, f"item {place}"
+        yield given, f"item {number}"
         return
     if not isinstance(given, (str, Path)):
         raise UsageError(
@@ -255,12 +264,12 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
     path, files = Path(given), [Path(given)]
     if path.is_dir() and not (path / "metadata.yaml").is_file():  # a ROS 2 bag is one log
         files = [file for file in sorted(path.rglob("*")) if _may_be_log(file, out)]
-        # A file of that name describes a log, even if it is wrong.
+        # A run.toml describes a log; if it has mistakes, they are reported when it is read.
         runs = {f for f in files if f.name == "run.toml" or log_of(f) != f}
         files = [f for f in files if f.suffix.lower() in log_endings() or f in runs]
     elif not path.exists() and glob.has_magic(str(path)):
-        named = map(Path, sorted(glob.glob(str(path), recursive=True)))
-        files = [file for file in named if _may_be_log(file, out)]
+        matching = map(Path, sorted(glob.glob(str(path), recursive=True)))
+        files = [file for file in matching if _may_be_log(file, out)]
     for file in files:
         if file.is_file() and _LOG in _heads_of(file):
             yield from _manifest_items(file)
@@ -269,16 +278,15 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
 
 
 def _may_be_log(file: Path, out: Path) -> bool:
-    """Return whether a file may be a log: not hidden, not a result, not a table of results.
+    """Return True if a file may be a log: not hidden, not a result, not a table of results.
 
-    A broken link may be a log; the reason is reported when it is read.
+    A broken link or an unreadable file may be a log; the reason is reported when it is read.
     """
-    own = out.resolve() == file.parent.resolve() and (
-        file.suffix == ".json" or file.stem == "fleet"
-    )
-    if file.name.startswith(".") or own or (file.exists() and not file.is_file()):
+    is_in_out = out.resolve() == file.parent.resolve()
+    is_result = is_in_out and (file.suffix == ".json" or file.stem == "fleet")
+    if file.name.startswith(".") or is_result or (file.exists() and not file.is_file()):
         return False
     try:
         return not kinds_of(file) - _LOGS
-    except OSError:  # the reason is reported for the log
+    except OSError:
         return True

@@ -1,4 +1,4 @@
-"""Ledger of a fleet: a file with one line per log, written during the run."""
+"""Ledger of a fleet: a file with one JSON line for each log, written during the run."""
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -28,7 +28,7 @@ _IN_RESULT = "see the result of the log"
 Status = Literal["ok", "failed", "skipped"]
 #: Name in the folder of the results.
 LEDGER = "fleet.jsonl"
-_LOCK_SECONDS = 60.0  # to wait for other processes, each of which writes a few lines
+_LOCK_SECONDS = 60.0  # longest wait for other processes, each of which writes a few lines
 
 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
@@ -52,24 +52,24 @@ class FleetRow(
     log, axis, serial, columns, conditions
         As in its `FleetItem`.
     status : {"ok", "failed", "skipped"}
-        A skipped log already had a result.
+        A skipped log already had a result from an earlier run.
     reason, code : str
-        Reason of the failure: a sentence, and a code for programs; ``time`` and ``killed`` are
-        failures that an identification cannot report.
+        Reason of the failure: a sentence, and a code for programs. The codes ``time`` and
+        ``killed`` are for logs that exceeded the time limit or ended their process.
     key : str
         Hash of the log's bytes, the axis and the options: equal keys give equal results.
     method : str
-        Method that is judged.
+        Method whose estimates the verdict judges.
     parameters : mapping of str to FleetValue
     covariance : matrix
-        Covariance of the parameters in their order.
+        Covariance of the parameters, (p, p), in their order.
     failing : tuple of str
         Checks that fail, most severe first.
     unchecked : tuple of str
         Checks of the result's assumptions that could not be made.
     doubt : str
-        Sentence of the most severe failed check; if none fails, the reason why the first was not
-        made.
+        Sentence of the most severe failed check. If no check fails, the reason why the first check
+        in `unchecked` could not be made.
     seconds : float
         CPU time.
     """
@@ -95,14 +95,14 @@ class FleetRow(
 
     @property
     def has_result(self) -> bool:
-        """Return whether there is a result, from this run or an earlier one."""
+        """Return True if there is a result, from this run or an earlier one."""
         return self.status != "failed"
 
     @property
     def checks(self) -> tuple[Check, ...]:
         """Return the failed checks, most severe first, and the checks not evaluated.
 
-        Only the first one has its finding; the result file contains all.
+        Only the first check has its finding; the result file contains the findings of all checks.
         """
         if not self.has_result:
             return (Check.unless("result", self.reason or "it has no result"),)
@@ -120,31 +120,29 @@ class FleetRow(
 
     @property
     def is_comparable(self) -> bool:
-        """Return whether the squares of values, standard errors and covariance are finite."""
+        """Return True if values, standard errors and covariance are small enough to be squared."""
         own = ((each.value, each.sd) for each in self.parameters.values())
         return all(abs(each) < LARGEST for each in chain(*own, *self.covariance))
 
 
 def unchecked_of(rows: Iterable[FleetRow], of: str = "") -> tuple[Check, ...]:
-    """Return the checks that could not be made in some rows, each once.
-
-    Its sentence names the rows.
+    """Return each check that could not be made in one or more rows; its reason names the rows.
 
     Parameters
     ----------
     rows : iterable of FleetRow
     of : str
-        Beginning of the sentence.
+        Beginning of the reason, such as the name of a series with a colon.
     """
     found = grouped((name, row.name) for row in rows for name in row.unchecked)
     return tuple(
-        Check.not_evaluated(name, Missing(f"{of}could not be checked in {first_of(names)}"))
+        Check.not_evaluated(name, Missing(f"{of}the check was not possible in {first_of(names)}"))
         for name, names in found.items()
     )
 
 
 def fleet_value(value: Value) -> FleetValue:
-    """Return a value minus its bias, with the standard error of its chosen covariance."""
+    """Return a value minus its bias, with standard error and interval by its chosen covariance."""
     low, high = map(float, value.interval)
     return FleetValue(
         value=float(value.corrected),
@@ -163,11 +161,11 @@ class Ledger:
     last : mapping of str to FleetRow
         The last row of each name.
     results : mapping of str to FleetRow
-        The last row of each name that has a result, which belongs to the result file. If a later
-        identification failed, that row is in `last`.
+        The last row with a result of each name, which belongs to the result file. If a later
+        identification failed, `last` has its row.
     broken : str
-        Text on lines that are not JSON, with their numbers; empty without any. A line may have been
-        cut off when its run ended.
+        Text on lines that are not JSON, with their numbers; empty if there are none. A line may
+        have been cut off when its run was interrupted.
     """
 
     last: Mapping[str, FleetRow]
@@ -211,15 +209,15 @@ def read_ledger(folder: Path) -> Ledger:
             results.pop(row.name, None)
             results[row.name] = row
     lines = "1 line" if len(broken) == 1 else f"{len(broken)} lines"
-    told = f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
-    return Ledger(last=last, results=results, broken=told)
+    text = f"{lines} of {file} cannot be read (line {first_of(broken)})" if broken else ""
+    return Ledger(last=last, results=results, broken=text)
 
 
 def write_rows(folder: Path, rows: Iterable[FleetRow]) -> None:
     """Append rows to the ledger of a folder: all of them, or none.
 
-    They are on the disk when the function returns, each on its own line, even after a line that was
-    cut off. Processes that write the same ledger wait for one another.
+    The rows are in the file when the function returns, each on its own line, even if the last line
+    of the file was cut off. Processes that write the same ledger wait for one another.
 
     Raises
     ------
@@ -238,7 +236,7 @@ def write_rows(folder: Path, rows: Iterable[FleetRow]) -> None:
 
 
 def _append(place: Path, lines: bytes) -> None:
-    """Append lines to a file; if this fails, the file keeps its former content."""
+    """Append lines to a file, which may end within a line; restore the file if this fails."""
     if not place.exists():
         replace_file(place, lines)
         return
@@ -255,7 +253,7 @@ def _append(place: Path, lines: bytes) -> None:
 
 @contextmanager
 def _locked(place: Path) -> Iterator[None]:
-    """Keep other processes from writing a file, if the file system has locks.
+    """Lock a file against other processes within the context, if the file system has locks.
 
     Raises
     ------

@@ -25,16 +25,16 @@ from .ledger import FleetRow, fleet_value
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """Settings that all logs of a fleet share; small, because every job carries them.
+    """Settings that all logs of a fleet share; small, because they are sent with every job.
 
     Attributes
     ----------
     folder : str
         Folder to which results are written.
     axis : str or Axis
-        Axis of the logs that name none; empty if all name one.
+        Axis of the logs whose item names no axis; empty if every item names one.
     fixed : mapping of str to value
-        Known values, in the form of `fix`.
+        Known values of parameters, as the arguments of `fix`.
     left_out : tuple of str
         Parameters that are not identified.
     drive_time : str
@@ -44,11 +44,11 @@ class Settings:
     reading : mapping of str to value
         Arguments of `read_record`.
     prefilter : Prefilter or None
-        Filter; None for the default of each log.
+        Prefilter; None for the default that follows from each log.
     identifying : mapping of str to value
         Further arguments of `identify`.
     draws : int
-        Number of draws from the distribution of each estimate, for the result file.
+        Number of draws from the distribution of each estimate that a result file contains.
     """
 
     folder: str
@@ -63,7 +63,7 @@ class Settings:
     draws: int = 0
 
     def key(self, item: FleetItem, log: str) -> str:
-        """Return a hash of everything on which the result of a log depends.
+        """Return the SHA-256, as hexadecimal text, of everything on which a log's result depends.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class Settings:
             Hash of the log's bytes.
         """
         generated, declared = self.built(item)
-        told = (
+        contents = (
             __version__,
             log,
             generated.signature,
@@ -83,14 +83,14 @@ class Settings:
             sorted(self.identifying.items()),
             self.draws,
         )
-        return _digest(repr(told))
+        return _digest(repr(contents))
 
     def reading_of(self, item: FleetItem) -> dict[str, Any]:
         """Return the arguments of `read_record` for the log of an item."""
         return {**self.reading, **({"columns": item.columns} if item.columns else {})}
 
     def built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
-        """Return the axis of a log, built once per process, and a digest of its declaration.
+        """Return the generated axis of a log, built once per process, and its declaration's digest.
 
         Raises
         ------
@@ -102,8 +102,8 @@ class Settings:
         axis = item.axis or self.axis
         if not axis and not Path(item.log).exists():  # most often a mistyped name in a manifest
             raise DataError(
-                f"{item.log} cannot be read: there is no such file. Check the path. Name an axis "
-                "with --axis (axis=).",
+                f"{item.log} cannot be read: there is no such file. Check the path, and name an "
+                "axis with --axis (axis=).",
                 code="log-file",
             )
         if not axis:
@@ -112,9 +112,9 @@ class Settings:
                 "or one for each log in a manifest.",
                 code="fleet",
             )
-        mark = _canonical(axis) if isinstance(axis, Axis) else _mark(axis)
-        how = (sorted(self.fixed.items()), self.left_out, self.drive_time, self.native)
-        key = (mark, repr(how))
+        identity = _canonical(axis) if isinstance(axis, Axis) else _name_and_digest(axis)
+        changes = (sorted(self.fixed.items()), self.left_out, self.drive_time, self.native)
+        key = (identity, repr(changes))
         if key not in _BUILT:
             if len(_BUILT) == _MOST_BUILT:
                 _BUILT.pop(next(iter(_BUILT)))
@@ -126,13 +126,16 @@ class Settings:
         return _BUILT[key]
 
 
-#: The axes that a process has built, by their declarations, with digests of these.
+#: Axes that this process has built, with the digest of the declaration, by axis and settings.
 _BUILT: dict[tuple[str, str], tuple[GeneratedAxis, str]] = {}
 _MOST_BUILT = 32
 
 
-def _mark(name: str) -> str:
-    """Return the name of an axis and a digest of its file, which may change during a run."""
+def _name_and_digest(name: str) -> str:
+    """Return the name of an axis and the digest of its file, which may change during a run.
+
+    An axis of the library, or a file that cannot be read, has no digest.
+    """
     file, _ = axis_file(name)
     if file.suffix not in (".py", ".toml"):
         return name  # an axis of the library
@@ -143,19 +146,19 @@ def _mark(name: str) -> str:
 
 
 def _canonical(axis: Axis) -> str:
-    """Return everything that an axis declares as text, including gains and nominal values."""
+    """Return all fields of an axis as text, including gains and nominal values."""
     return repr([(each.name, getattr(axis, each.name)) for each in fields(axis)])
 
 
 def _digest(text: str) -> str:
-    """Return the SHA-256 of a text."""
+    """Return the SHA-256 of a text, as hexadecimal text."""
     return hashlib.sha256(text.encode(errors="replace")).hexdigest()
 
 
 def log_digest(log: Path) -> str:
-    """Return the hash of the bytes of a log.
+    """Return the SHA-256 of the bytes of a log, as hexadecimal text.
 
-    For a folder these are all its files, for a run.toml the file and its log.
+    For a folder these are the bytes of all its files, for a run.toml of the file and its log.
 
     Raises
     ------
@@ -169,20 +172,25 @@ def log_digest(log: Path) -> str:
 
 
 def row_for(item: FleetItem, **what: Any) -> FleetRow:
-    """Return the row of a log with further members, such as its status."""
-    return FleetRow(**{**{name: getattr(item, name) for name in FleetItem.__slots__}, **what})
+    """Return the row of an item, with further fields of `FleetRow` such as the status.
+
+    A field in `what` replaces the same field of the item.
+    """
+    of_item = {name: getattr(item, name) for name in FleetItem.__slots__}
+    return FleetRow(**{**of_item, **what})
 
 
 def result_file(folder: str | Path, name: str) -> Path:
-    """Return the path of the result of a log."""
+    """Return the path of the result file in a folder, by the name of the result."""
     return Path(folder, f"{name}.json")
 
 
 @settings_in_python()
 def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
-    """Identify an axis from one log and write the result; errors of the log go into the row.
+    """Identify an axis from one log, write the result file, and return the row of the log.
 
-    An error that is not due to the log or the options is raised.
+    An error of the log or the options gives a row with the status ``failed``. Other errors, which
+    are faults of the program, are raised.
     """
     begin = process_time()
     key, axis = "", item.axis or str(getattr(settings.axis, "name", settings.axis))
@@ -206,11 +214,12 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
             status="failed",
             reason=" ".join(str(error).split()),
             code=error.code,
-            key="" if error.code == "file" else key,  # another time there may be enough memory
+            key="" if error.code == "file" else key,  # the file may be writable another time
             seconds=process_time() - begin,
         )
     estimate = result.preferred
-    said = {c.name: c.meaning for c in by_weight(result.verdict) if c.status == "fail"}
+    # Sentence of each failed check, the most severe first, and of each check not evaluated.
+    failing = {c.name: c.meaning for c in by_weight(result.verdict) if c.status == "fail"}
     unchecked = {c.name: c.meaning for c in result.verdict if c.leaves_open}
     return row_for(
         item,
@@ -221,15 +230,15 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
         method=estimate.method,
         parameters={name: fleet_value(value) for name, value in estimate.parameters.items()},
         covariance=tuple(map(tuple, estimate.covariance.tolist())),
-        failing=tuple(said),
+        failing=tuple(failing),
         unchecked=tuple(unchecked),
-        doubt=next(iter((said or unchecked).values()), ""),
+        doubt=next(iter((failing or unchecked).values()), ""),
         seconds=process_time() - begin,
     )
 
 
 def result_of(settings: Settings, item: FleetItem) -> Identification:
-    """Return the result identified from a log.
+    """Return the identification from the log of an item.
 
     Raises
     ------
@@ -242,5 +251,5 @@ def result_of(settings: Settings, item: FleetItem) -> Identification:
         read_record(item.log, generated, **settings.reading_of(item)),
         settings.prefilter,
         **settings.identifying,
-        judge=False,  # evaluated once, when the document is written
+        judge=False,  # the checks are evaluated when the result file is written
     )

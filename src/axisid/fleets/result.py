@@ -1,7 +1,8 @@
-"""Result of a fleet: verdicts, statistics of the parameters, logs that stand out, failures.
+"""Result of a fleet: verdicts, statistics of the parameters, outliers, failures.
 
-A log stands out if its parameters differ from those of the others by more than their standard
-errors explain. The table of a fleet has a row for each log, as Parquet, CSV or NumPy arrays.
+A log is an outlier if its parameters differ from the parameters of the other logs by more than the
+scatter between logs and the standard errors explain. The table of a fleet has a row for each log,
+as Parquet, CSV or NumPy arrays.
 """
 
 import json
@@ -39,26 +40,26 @@ from axisid.support.wording import first_of, quoted
 from .ledger import FleetRow, FleetValue, unchecked_of
 from .robust_statistics import RandomEffects, detect_outliers, spread_of
 
-_MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs give hardly any scatter
-_FAR = 1e3  # median deviations
+_MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs are too few to estimate the scatter
+_FAR = 1e3  # median absolute deviations; values further out do not count for the rank
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outlier:
-    """A log with parameters that differ from those of the others.
+    """A log whose parameters differ from the parameters of the other logs.
 
     Attributes
     ----------
     name : str
         Name of the row.
     distance : float
-        Robust distance of all parameters together, in standard deviations.
+        Mahalanobis distance of all parameters from the centre, in standard deviations.
     p_value : float
-        Probability of an equal or larger distance for a log like the others.
+        Probability of an equal or larger distance for a log that is not an outlier.
     parameter : str
-        Parameter that alone is furthest from the centre.
+        Parameter that alone has the largest distance from the centre.
     apart : float
-        Its distance from the centre, in standard deviations.
+        Distance of this parameter from the centre, in standard deviations, with its sign.
     """
 
     name: str
@@ -79,15 +80,15 @@ class AxisGroup:
         Names and units of the parameters.
     rows : tuple of FleetRow
     machines : int
-        Number of machines that are compared: each log counts as one, unless serial numbers show
-        otherwise.
+        Number of machines that are compared. Each log counts as one machine, unless serial numbers
+        show that machines have several logs.
     untold : int
-        Number of logs that are not compared, because no serial number names their machine.
+        Number of logs that are not compared, because they have no serial number.
     usual : RandomEffects or Missing
-        Centre and scatter of the parameters of machines that do not stand out; Missing, with the
+        Centre and scatter of the parameters of machines that are not outliers; Missing, with the
         reason, if they cannot be estimated.
     outliers : tuple of Outlier
-        Logs that stand out, the furthest first.
+        Outliers, the furthest first.
     """
 
     axis: str
@@ -101,7 +102,7 @@ class AxisGroup:
 
 
 def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
-    """Return rows with a comparable result in groups of the same axis and parameters."""
+    """Return the rows with a comparable result, in groups of the same axis and parameters."""
     found = grouped(
         ((row.axis, tuple(row.parameters)), row)
         for row in rows
@@ -127,24 +128,30 @@ def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
 
 
 def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
-    """Return the logs of each machine, if serial numbers name several; otherwise each log alone.
+    """Return the rows of each machine, a list of lists; often each row is a machine of its own.
 
-    Logs of one machine share its deviation from the others. If they counted as separate machines,
-    the other machines would stand out. A log without a serial number is therefore excluded if other
-    machines have several logs. If all logs are of one machine, they are compared with one another.
+    Logs of one machine share its deviation from other machines. If these logs counted as separate
+    machines, the other machines would become outliers. So logs are grouped by serial number if
+    there are several machines of which one has several logs; a log without a serial number is then
+    excluded. Otherwise each log counts as a machine, and logs of a single machine are compared with
+    one another.
     """
     found = grouped((row.serial, row) for row in rows)
-    told = [each for serial, each in found.items() if serial]
-    return told if len(told) > 1 and max(map(len, told)) > 1 else [[row] for row in rows]
+    by_serial = [each for serial, each in found.items() if serial]
+    if len(by_serial) > 1 and max(map(len, by_serial)) > 1:
+        return by_serial
+    return [[row] for row in rows]
 
 
 def _judged(
     names: Sequence[str], machines: Sequence[Sequence[FleetRow]]
 ) -> tuple[RandomEffects | Missing, tuple[Outlier, ...]]:
-    """Return the random effects of the machines' parameters, and the logs that stand out.
+    """Return the random effects of the machines' parameters, and the outliers.
 
-    Without enough machines the effects are Missing, with the reason.
+    With too few machines, or values without scatter in some direction, the effects are Missing,
+    with the reason. All logs of an outlying machine are outliers.
     """
+    # Mean of the parameters of each machine, (n, p).
     values = np.array(
         [np.mean([[v.value for v in r.parameters.values()] for r in each], 0) for each in machines]
     )
@@ -162,38 +169,39 @@ def _judged(
     covariances = np.array(
         [np.mean([row.covariance for row in each], axis=0) / len(each) for each in machines]
     )
-    alike = detect_outliers(values, covariances, FLEET_LEVEL.value)
+    detected = detect_outliers(values, covariances, FLEET_LEVEL.value)
     outliers = []
-    for i in alike.far:
-        scatter = np.sqrt(np.diag(alike.usual.between + covariances[i]))
-        scores = (values[i] - alike.usual.centre) / scatter
+    for i in detected.far:
+        scatter = np.sqrt(np.diag(detected.usual.between + covariances[i]))
+        scores = (values[i] - detected.usual.centre) / scatter
         furthest = int(np.argmax(np.abs(scores)))
         outliers += [
             Outlier(
                 name=row.name,
-                distance=float(np.sqrt(alike.distances[i])),
-                p_value=float(alike.p_values[i]),
+                distance=float(np.sqrt(detected.distances[i])),
+                p_value=float(detected.p_values[i]),
                 parameter=names[furthest],
                 apart=float(scores[furthest]),
             )
             for row in machines[i]
         ]
-    return alike.usual, tuple(outliers)
+    return detected.usual, tuple(outliers)
 
 
 def _is_spread(values: Array) -> bool:
-    """Return whether values, (n, p), scatter in all p dimensions."""
+    """Return True if values, (n, p), scatter in all p dimensions."""
     spread = spread_of(values)
     if not spread.size or not spread.all():
         return False
     scores = (values - np.median(values, axis=0)) / spread
-    near = scores[np.all(np.abs(scores) < _FAR, axis=1)]  # the others form one point
+    # At the scale of values that are far away, all other values would be one point.
+    near = scores[np.all(np.abs(scores) < _FAR, axis=1)]
     return bool(len(near) and np.linalg.matrix_rank(near - near.mean(axis=0)) == values.shape[1])
 
 
-#: Names of the table if none is given.
+#: Default names of the table: with pyarrow, and without.
 TABLES = ("fleet.parquet", "fleet.csv")
-#: Figures of a parameter, by the ending of the column.
+#: Numbers of a parameter, by the ending of their column's name.
 _FIGURES: dict[str, Callable[[FleetValue], float]] = {
     "": lambda v: v.value,
     ".sd": lambda v: v.sd,
@@ -202,30 +210,34 @@ _FIGURES: dict[str, Callable[[FleetValue], float]] = {
 }
 #: The table by column.
 Columns = dict[str, list[str | float | None]]
-_MOST_SHOWN = 20  # rows of a table; all are in the file
-_MOST_REASONS = 5  # logs of a verdict, each with the reason
+_MOST_SHOWN = 20  # rows of a table on the screen; the file has all rows
+_MOST_REASONS = 5  # logs that are listed with the reason for a verdict
 _BELIEFS: tuple[Belief, ...] = ("believed", "with care", "not believed")
+#: Titles of the lists of logs whose numbers cannot be used without a look at the failed checks.
+_DOUBTS: dict[Belief, str] = {"not believed": "Do not use", "with care": "Use with care"}
 
 
 def _listed(lines: Sequence[str], title: str, most: int) -> Block:
-    """Return a paragraph of the first lines, and the number of further ones."""
+    """Return a paragraph of the first `most` lines, and the number of further lines."""
     return paragraph(*lines[:most], *_more(len(lines), most), title=title)
 
 
 def _counted(found: Iterable[str], kinds: Iterable[str]) -> str:
-    """Return a text with the number of each kind that occurs."""
+    """Return the number of each kind that occurs, as text: ``3 identified, 1 without a result``."""
     count = Counter(found)
     return ", ".join(f"{count[kind]} {kind}" for kind in kinds if count[kind])
 
 
 def _logs(count: int) -> str:
+    """Return a number of logs as text: ``1 log``, ``2 logs``."""
     return "1 log" if count == 1 else f"{count} logs"
 
 
 def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
-    """Return the table of a group's parameters, and its logs that stand out.
+    """Return the table of a group's parameters, and the table of its outliers.
 
-    The table has the centre, the scatter between logs and the standard error of one estimate.
+    The first table has the centre, the standard deviation between logs or machines, and the median
+    standard error of an estimate.
     """
     values = np.array([[v.value for v in row.parameters.values()] for row in group.rows])
     own = np.array([[v.sd for v in row.parameters.values()] for row in group.rows])
@@ -235,25 +247,25 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
         between = [f"{sd:.3g}" for sd in np.sqrt(np.diag(group.usual.between))]
     figures = zip(middles, between, np.median(own, axis=0), strict=True)
     rows = tuple(
-        (name, unit, f"{middle:.6g}", told, f"{sd:.3g}")
-        for name, unit, (middle, told, sd) in zip(group.names, group.units, figures, strict=True)
+        (name, unit, f"{middle:.6g}", scatter, f"{sd:.3g}")
+        for name, unit, (middle, scatter, sd) in zip(group.names, group.units, figures, strict=True)
     )
     of = "logs" if group.machines == len(group.rows) else "machines"
     table = text_table(
-        ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate"),
+        ("parameter", "unit", "centre", f"sd between {of}", "standard error"),
         rows,
         title=f"{group.axis}, {_logs(len(group.rows))}"
         + f" of {group.machines} machines" * (of == "machines")
-        + f", {group.untold} not compared for lack of a serial number" * bool(group.untold),
+        + f", {group.untold} without a serial number not compared" * bool(group.untold),
     )
     if isinstance(group.usual, Missing):
-        said = f"{group.axis}: {group.usual.reason}. No sd between {of} is estimated."
-        return table, paragraph(said)
+        reason = f"{group.axis}: {group.usual.reason}. No sd between {of} is estimated."
+        return table, paragraph(reason)
     if not group.outliers:
-        return table, paragraph(f"No log of {group.axis} stands out.")
+        return table, paragraph(f"No log of {group.axis} is an outlier.")
     serials, count = {row.name: row.serial for row in group.rows}, len(group.outliers)
     return table, text_table(
-        ("log", "serial", "distance", "p", "furthest parameter, in sd"),
+        ("log", "serial", "distance, in sd", "p", "largest deviation, in sd"),
         (
             (
                 each.name,
@@ -264,15 +276,15 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
             )
             for each in group.outliers[:_MOST_SHOWN]
         ),
-        title=f"{group.axis}: {count} stand out",
+        title=f"{group.axis}: {count} outlier" + "s" * (count > 1),
         said=_more(count),
     )
 
 
 def _more(count: int, shown: int = _MOST_SHOWN) -> tuple[str, ...]:
-    """Return a sentence on the rows that a table does not show; empty if it shows all."""
+    """Return a line on the rows that a table does not show; empty if it shows all `count` rows."""
     left = count - shown
-    return (f"and {left} more, listed in the table of the fleet.",) if left > 0 else ()
+    return (f"and {left} more, see the table of the fleet.",) if left > 0 else ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -284,9 +296,9 @@ class Fleet(Checked, Shown):
     folder : str
         Folder of the results.
     rows : tuple of FleetRow
-        One for each log, in the order in which the logs were named.
+        A row for each log, in the order in which the logs were named.
     notes : tuple of str
-        Notes on the folder, such as lines of the ledger that cannot be read.
+        Sentences on the folder, such as on lines of the ledger that cannot be read.
     """
 
     folder: str
@@ -328,13 +340,17 @@ class Fleet(Checked, Shown):
 
     @property
     def outliers(self) -> tuple[Outlier, ...]:
-        """Return the logs whose parameters differ from those of the others, furthest first."""
+        """Return the outliers of all groups, by rising p-value."""
         found = (each for group in self.groups for each in group.outliers)
         return tuple(sorted(found, key=lambda each: each.p_value))
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Return the checks that fail, with their number of logs, and the outlying logs."""
+        """Return the checks of the fleet.
+
+        These are each check that fails in a log, with the number of such logs; the check *outlying
+        logs*; and each check that could not be made in a log.
+        """
         found = grouped(
             (check.name, row.name)
             for row in self.rows
@@ -344,22 +360,26 @@ class Fleet(Checked, Shown):
         out = first_of([each.name for each in self.outliers])
         return (
             *(
-                Check.unless(name, f"fails in {len(logs)} of {len(self)}: {first_of(logs)}")
+                Check.unless(name, f"fails in {len(logs)} of {len(self)} logs: {first_of(logs)}")
                 for name, logs in found.items()
             ),
-            Check.unless("outlying logs", out and f"stand out: {out}", "no log stands out"),
+            Check.unless("outlying logs", out and f"outliers: {out}", "no log is an outlier"),
             *unchecked_of(self.rows),
         )
 
     def document(self) -> Document:
-        """Return the fleet as a document: verdicts, parameters, logs that stand out, failures."""
-        # "ok" does not yet show the quality of a result.
-        told = {"ok": "identified", "skipped": "kept from before", "failed": "without a result"}
+        """Return the fleet as a document: verdicts, parameters, outliers, failures."""
+        # The status "ok" would read like a verdict.
+        statuses = {
+            "ok": "identified",
+            "skipped": "kept from an earlier run",
+            "failed": "without a result",
+        }
         spent = [row.seconds for row in self if row.status == "ok"]
         heading = Heading(
             title=f"Fleet of {_logs(len(self))}",
             facts={
-                "logs": _counted((told[row.status] for row in self), told.values()),
+                "logs": _counted((statuses[row.status] for row in self), statuses.values()),
                 "verdicts": _counted((row.verdict for row in self), _BELIEFS),
                 "results": self.folder,
                 "work": f"{np.mean(spent):.2g} s of CPU for each log" if spent else "",
@@ -367,11 +387,12 @@ class Fleet(Checked, Shown):
         )
         blocks: list[Block] = [heading, *(b for group in self.groups for b in _group_blocks(group))]
         if odd := [row.name for row in self if row.has_result and not row.is_comparable]:
-            said = (
-                f"{_logs(len(odd))} excluded from the statistics, because values or standard "
-                f"errors are not finite or too large to compare: {first_of(odd)}."
+            excluded = f"{_logs(len(odd))} {'is' if len(odd) == 1 else 'are'} excluded"
+            note = (
+                f"{excluded} from the statistics, because values or standard errors are not finite "
+                f"or too large to compare: {first_of(odd)}."
             )
-            blocks.append(paragraph(said))
+            blocks.append(paragraph(note))
         if failing := grouped((name, row.name) for row in self for name in row.failing):
             most = sorted(failing.items(), key=lambda each: -len(each[1]))
             blocks.append(
@@ -380,13 +401,13 @@ class Fleet(Checked, Shown):
                     ((name, str(len(logs)), first_of(logs)) for name, logs in most),
                 )
             )
-        for verdict in ("not believed", "with care"):
+        for verdict, heading_text in _DOUBTS.items():
             if doubted := [row for row in self if row.verdict == verdict]:
                 lines = [f"{row.name}: {row.checks[0].name}: {row.doubt}" for row in doubted]
                 ended = [
                     each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines
                 ]
-                title = f"{verdict.capitalize()}: {_logs(len(doubted))}"
+                title = f"{heading_text}: {_logs(len(doubted))}"
                 blocks.append(_listed(ended, title, _MOST_REASONS))
         if self.failed:
             lines = [
@@ -404,8 +425,8 @@ class Fleet(Checked, Shown):
         Parameters
         ----------
         file : str or Path, optional
-            Its ending is ``.parquet``, ``.csv`` or ``.npz``; by default ``fleet.parquet`` in the
-            folder of the results, or ``fleet.csv`` if pyarrow is not installed.
+            File that ends in ``.parquet``, ``.csv`` or ``.npz``; by default ``fleet.parquet`` in
+            the folder of the results, or ``fleet.csv`` if pyarrow is not installed.
 
         Returns
         -------
@@ -447,9 +468,10 @@ class Fleet(Checked, Shown):
 def columns_of(
     rows: Sequence[FleetRow], outliers: Sequence[Outlier]
 ) -> tuple[Columns, dict[str, str]]:
-    """Return the table by column, and the units of the columns that have one.
+    """Return the table, a list of cells by column, and the units of the columns that have one.
 
-    The columns describe a log, its status, its parameters, and its distance from the others.
+    The columns are the description of a log, its status, conditions, parameters, its distance from
+    the centre if it is an outlier, and the CPU time.
     """
     out = {each.name: each for each in outliers}
     units = {"outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
@@ -461,7 +483,7 @@ def columns_of(
     columns["unchecked"] = ["; ".join(row.unchecked) for row in rows]
     for name in dict.fromkeys(name for row in rows for name in row.conditions):
         values = [row.conditions.get(name) for row in rows]
-        # Numbers if all values are, otherwise texts, since a column has one type.
+        # A column has one type: numbers if all values are numbers, otherwise texts.
         numeric = all(value is None or isinstance(value, float) for value in values)
         columns[f"condition.{name}"] = [v if v is None or numeric else str(v) for v in values]
         if unit := split_labels([name])[0][1]:
@@ -472,7 +494,7 @@ def columns_of(
         for column, figure in zip(names, _FIGURES.values(), strict=True):
             columns[column] = [None if v is None else figure(v) for v in found]
         own = {v.unit for v in found if v is not None}
-        if len(own) > 1:  # of axes that give one name to different quantities
+        if len(own) > 1:  # different axes use the name for different quantities
             columns[f"{name}.unit"] = [None if v is None else v.unit for v in found]
         elif own != {""}:
             units |= dict.fromkeys(names, own.pop())

@@ -1,8 +1,9 @@
 """Robust statistics: outliers among points, random effects, steps and drifts of a series.
 
-A series is constant over time, steps, or drifts. Centre and scatter of points are robust, by the
-minimum covariance determinant: the half of the points that is most concentrated [1]_, found by
-concentration steps from random starts, and for many points first within subsets [2]_.
+A series is constant over time, steps, or drifts. Centre and covariance of points are estimated by
+the minimum covariance determinant: from the half of the points whose covariance has the smallest
+determinant [1]_. This half is found by concentration steps from random starts, for many points
+first within a random subset [2]_.
 
 .. [1] P. J. Rousseeuw, "Multivariate estimation with high breakdown point", in Mathematical
    Statistics and Applications B, Reidel, 1985.
@@ -20,9 +21,9 @@ from scipy.special import fdtrc, fdtri, gammaincinv
 
 from axisid.support.arrays import Array, Exact
 
-_ORDERS = 999  # orders in which the values might have come as well
-_SHORTEST = 3  # values of a level
-_SHORTER = np.sqrt(2.0)  # from one length of stretches to the next
+_ORDERS = 999  # random orders of the values, for permutation tests
+_SHORTEST = 3  # values of a level, at least
+_SHORTER = np.sqrt(2.0)  # ratio of the lengths of stretches in which a step is searched
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +50,12 @@ class Step:
 def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
     """Return the index and the p-value of the largest step; None for fewer than six values.
 
-    It is compared with the largest steps of the same values in random orders.
+    A permutation test: the step is compared with the largest steps of the same values in random
+    orders.
+
+    Parameters
+    ----------
+    values, variances : (n,) array
     """
     if len(values) < 2 * _SHORTEST:
         return None
@@ -62,9 +68,9 @@ def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
 def _places(
     values: Array, variances: Array, level: float, first: int, largest: tuple[int, float]
 ) -> list[tuple[int, float]]:
-    """Return index and p-value of each significant step.
+    """Return index and p-value of each significant step, in no order.
 
-    The search is repeated on both sides of the largest step.
+    The search is repeated before and after the largest step (binary segmentation).
 
     Parameters
     ----------
@@ -74,7 +80,7 @@ def _places(
     first : int
         Index in the whole series of the first value.
     largest : (int, float)
-        Index and p-value of the largest step.
+        Index in `values`, and p-value, of the largest step.
     """
     place, p_value = largest
     changes = [(first + place, p_value)]
@@ -86,26 +92,31 @@ def _places(
 
 
 def _orders(count: int) -> NDArray[np.intp]:
-    """Return orders of values as indices, (k, n): the given one first, then random ones."""
+    """Return orders of `count` values as indices, (1000, n): the given order, then random ones."""
     given = np.arange(count)
     rng = np.random.default_rng(_SEED)
     return np.vstack([given, rng.permuted(np.tile(given, (_ORDERS, 1)), axis=1)])
 
 
 def _total_variances(values: Array, variances: Array) -> Array:
-    """Return the variance of each value about a common level: its own plus the scatter."""
+    """Return the variance of each value about a common level, (n,).
+
+    It is the variance of the estimate plus the variance between true values by the method of
+    moments.
+    """
     return variances + max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
 
 
 def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Return the largest squared step of each series, in standard errors, and its index.
+    """Return the largest squared step of each series, relative to its variance, and its index.
 
-    The series are the rows of `values`, (s, n). The step is searched in stretches of many lengths,
-    so that a step back does not hide it [1]_.
+    The series are the rows of `values`, (s, n); `weights`, (s, n), are reciprocal variances. The
+    step is searched in stretches of many lengths, so that a later step back does not hide it [1]_.
 
     .. [1] S. Kovacs, P. Buehlmann, H. Li, A. Munk, "Seeded binary segmentation: a general
        methodology for fast and optimal changepoint detection", Biometrika 110 (1), 2023.
     """
+    # Cumulative sums, with which the mean of any stretch is a difference of two entries.
     sums = np.cumsum(np.pad(weights * values, ((0, 0), (1, 0))), axis=1)
     weight = np.cumsum(np.pad(weights, ((0, 0), (1, 0))), axis=1)
     best = np.full(len(values), -np.inf)
@@ -131,7 +142,10 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
 def _step(
     values: Array, variances: Array, first: int, place: int, last: int, p_value: float
 ) -> Step:
-    """Return the step between the level from `first` to `place` and that from there to `last`."""
+    """Return the step between the mean of values `first` to `place` and of `place` to `last`.
+
+    The end of each range is excluded.
+    """
     parts = (slice(first, place), slice(place, last))
     weights = [1 / _total_variances(values[part], variances[part]) for part in parts]
     before, after = (
@@ -148,14 +162,14 @@ def _step(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drift(Exact):
-    """A level of a series that changes linearly with the place.
+    """A linear change of the level of a series with the place of its values.
 
     Attributes
     ----------
     slope, deviation : float
-        Slope and its standard error, in the values' unit per unit of their places.
+        Slope and its standard error, in the unit of the values per unit of the places.
     p_value : float
-        Probability of an equally steep slope, if the order of the values were random.
+        Probability of an equally large slope, if the order of the values were random.
     line : array, (n,)
         The level at each place.
     """
@@ -171,39 +185,45 @@ def change_in(
 ) -> tuple[tuple[Step, ...], Drift | None]:
     """Return the change of a series: steps, a drift, or none.
 
-    The largest step and the slope are compared with those of the same values in other orders, which
-    needs no distribution. If one of the two is significant, the information criterion chooses a
-    constant, a line or steps, whichever describes the values best [Schwarz1978]_; the reported
-    p-value is that of both tests together if its own is larger.
+    Permutation tests compare the largest step and the slope with those of the same values in random
+    orders. If one of the two is significant, Schwarz's information criterion selects a constant, a
+    line or steps as the model [Schwarz1978]_. The smaller p-value times the number of tests is the
+    p-value of both tests together; the reported p-value of the largest step or of the slope is at
+    most this.
 
     Parameters
     ----------
     values, variances, places : array, (n,)
-        Estimates in their order, the variance of each, and the place of each.
+        Estimates in their order, the variance of each estimate, and the place of each.
     level : float
         Probability that a change is reported although there is none.
 
     Returns
     -------
     steps : tuple of Step
-        Steps in their order.
+        Steps in their order; empty if the model is a constant or a line.
     drift : Drift or None
+        The line; None if the model is a constant or steps.
     """
     largest = _largest_step(values, variances)
     if largest is None:
         return (), None
     drift = _drift(values, variances, places)
-    looks = [largest[1], *([] if drift is None else [drift.p_value])]
-    chance = len(looks) * min(looks)
-    if chance > level:
+    # Both tests together, by Bonferroni.
+    p_values = [largest[1]]
+    if drift is not None:
+        p_values.append(drift.p_value)
+    together = len(p_values) * min(p_values)
+    if together > level:
         return (), None
-    changes = sorted(_places(values, variances, level, 0, (largest[0], min(largest[1], chance))))
+    first_step = (largest[0], min(largest[1], together))
+    changes = sorted(_places(values, variances, level, 0, first_step))
     bounds = [0, *(place for place, _ in changes), len(values)]
     steps = tuple(
         _step(values, variances, first, place, last, p_value)
         for first, (place, p_value), last in zip(bounds, changes, bounds[2:], strict=False)
     )
-    # A column for each level; a step's place is chosen as well as its size.
+    # Regressor with a column for each level. The place of a step counts as one more parameter.
     number = np.searchsorted(bounds[1:-1], np.arange(len(values)), side="right")
     levels = np.asarray(np.eye(len(steps) + 1)[number])
     models: list[tuple[float, tuple[Step, ...], Drift | None]] = [
@@ -211,35 +231,36 @@ def change_in(
         (_criterion(values, variances, levels, len(steps)), steps, None),
     ]
     if drift is not None:
-        drift = replace(drift, p_value=min(drift.p_value, chance))
+        drift = replace(drift, p_value=min(drift.p_value, together))
         models.append((_criterion(values, variances, _straight(places), 0), (), drift))
     return min(models, key=itemgetter(0))[1:]
 
 
 def _straight(places: Array) -> Array:
-    """Return the regressor of a line over the places, (n, 2)."""
+    """Return the regressor of a line over the places, (n, 2): ones, and places over their range."""
     centred = places - places.mean()
     return np.column_stack([np.ones(len(places)), centred / np.ptp(centred)])
 
 
 def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
-    """Return the line through values with its slope tested; None if all places are equal.
+    """Return the weighted least-squares line through the values; None if all places are equal.
 
-    The slope is compared with those of the same values in random orders.
+    The p-value is that of a permutation test: the slope is compared with the slopes of the same
+    values in random orders.
     """
     reach = float(np.ptp(places))
     if reach * LARGEST < 1:
         return None
-    # So that the unit of the places does not decide whether their squares overflow.
+    # Places are scaled to a range of 1, so that their squares do not overflow in any unit.
     places = (places - places.mean()) / reach
     orders = _orders(len(values))
     weights = (1 / _total_variances(values, variances))[orders]
     total = weights.sum(axis=1, keepdims=True)
-    away = places - (weights * places).sum(axis=1, keepdims=True) / total
-    along = (weights * away * values[orders]).sum(axis=1)
-    squared = along**2 / (weights * away**2).sum(axis=1)  # slopes in standard errors
+    centred = places - (weights * places).sum(axis=1, keepdims=True) / total
+    products = (weights * centred * values[orders]).sum(axis=1)
+    squared = products**2 / (weights * centred**2).sum(axis=1)  # squared slopes over their variance
     columns = _straight(places)
-    # The most likely scatter about a line is smaller than that about the true one.
+    # The maximum-likelihood variance about a fitted line is too small by the factor dof/n.
     dof = len(values) - columns.shape[1]
     total_variances = variances + _between(values, variances, columns) * (len(values) / dof)
     coefficients, covariance = _fitted(values, total_variances, columns)
@@ -252,14 +273,14 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
 
 
 def _fitted(values: Array, variances: Array, columns: Array) -> tuple[Array, Array]:
-    """Return the coefficients of a weighted least-squares fit and their covariance."""
+    """Return the coefficients, (k,), of a weighted least-squares fit and their covariance."""
     weighted = columns / variances[:, None]
     covariance = np.asarray(np.linalg.inv(columns.T @ weighted), dtype=float)
     return covariance @ (weighted.T @ values), covariance
 
 
 def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> float:
-    """Return Schwarz's information criterion of a model at its most likely scatter.
+    """Return Schwarz's information criterion of a model, at the maximum of its likelihood.
 
     Parameters
     ----------
@@ -267,7 +288,7 @@ def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> 
     columns : (n, k) array
         Regressor of the model.
     chosen : int
-        Number of further quantities that were chosen, such as the places of steps.
+        Number of parameters in addition to the coefficients, such as the places of steps.
     """
     between = _between(values, variances, columns)
     penalty: float = (columns.shape[1] + chosen + 1) * np.log(len(values))
@@ -275,7 +296,7 @@ def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> 
 
 
 def _between(values: Array, variances: Array, columns: Array) -> float:
-    """Return the most likely variance between the true values, about a model."""
+    """Return the maximum-likelihood variance between the true values, about a model."""
     from scipy.optimize import minimize_scalar
 
     most = float(np.var(values)) or 1.0
@@ -288,25 +309,27 @@ def _between(values: Array, variances: Array, columns: Array) -> float:
 
 
 def _misfit(between: float, values: Array, variances: Array, columns: Array) -> float:
-    """Return twice the negative log-likelihood of a model, without its constant part.
+    """Return minus twice the log-likelihood of a model, without its constant part.
 
     `between` is the variance between true values.
     """
-    each = variances + between
-    coefficients, _ = _fitted(values, each, columns)
-    return float(np.sum(np.log(each) + (values - columns @ coefficients) ** 2 / each))
+    total = variances + between
+    coefficients, _ = _fitted(values, total, columns)
+    return float(np.sum(np.log(total) + (values - columns @ coefficients) ** 2 / total))
 
 
+#: Search of the minimum covariance determinant: random starts, subsets that are continued on all
+#: points, most concentration steps, and points of the subset in which the starts are concentrated.
 _STARTS, _KEPT, _STEPS, _FEW = 200, 10, 50, 600
 _SEED = 0  # fixed, so that equal points or series give equal numbers
-_FLAT_TRACE = 1e-12  # of a scatter's trace, added so that points in a plane remain solvable
-#: Values beyond it are not compared: products of a few such numbers overflow.
+_FLAT_TRACE = 1e-12  # of a covariance's trace; added, so that points in a plane can be solved
+#: Larger values are not compared: products of a few such numbers overflow.
 LARGEST = 1e100
-#: Quantile of the distances within which no point is an outlier, and the number of points beyond it
-#: that are tested if there are many.
+#: Quantile of the distances within which points are not tested as outliers, and the largest number
+#: of points that are tested if there are many.
 _NEAR, _LOOKED_AT = 0.9, 20
-_FIRST = 0.8  # part of the level for the furthest point; the others share the rest as 1, 1/4, 1/9
-_FLAT = 1e-9  # of the estimates' variances, added so that equal values remain solvable
+_FIRST = 0.8  # share of the level for the furthest point; the rest is shared as 1, 1/4, 1/9, ...
+_FLAT = 1e-9  # of the variances of the estimates; added, so that equal values can be solved
 
 
 def squared_distances(points: Array, centre: Array, covariance: Array) -> Array:
@@ -324,11 +347,12 @@ def squared_distances(points: Array, centre: Array, covariance: Array) -> Array:
 
 
 def robust_scatter(points: Array) -> tuple[Array, Array]:
-    """Return centre, (p,), and covariance, (p, p), of the majority of similar points.
+    """Return centre, (p,), and covariance, (p, p), by the minimum covariance determinant.
 
-    The minimum covariance determinant is searched: random small subsets are concentrated, the best
-    are concentrated further on all points, and the covariance is scaled so that the median of the
-    distances is that of normally distributed points.
+    Random small subsets are concentrated by two steps within at most 600 points. The ten best
+    subsets are concentrated on all points until the determinant stays the same. The covariance is
+    then scaled so that the median of the squared distances is the median of chi-squared with p
+    degrees of freedom.
 
     Parameters
     ----------
@@ -369,7 +393,7 @@ def spread_of(points: Array) -> Array:
 
 
 def _concentrated(points: Array, chosen: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return the halves of the points closest to subsets, and the determinants of their covariance.
+    """Return the half of the points closest to each subset, and its covariance's determinant.
 
     Parameters
     ----------
@@ -382,6 +406,7 @@ def _concentrated(points: Array, chosen: Array) -> tuple[NDArray[np.intp], Array
     array, (s, h)
         Indices of the h closest points.
     array, (s,)
+        Determinants.
     """
     centre, covariance = _moments(chosen)
     distances = squared_distances(points, centre, covariance)
@@ -391,7 +416,10 @@ def _concentrated(points: Array, chosen: Array) -> tuple[NDArray[np.intp], Array
 
 
 def _moments(points: Array) -> tuple[Array, Array]:
-    """Return mean, (..., p), and covariance, (..., p, p), of points (..., m, p)."""
+    """Return mean, (..., p), and covariance, (..., p, p), of points (..., m, p).
+
+    A small multiple of the identity makes the covariance invertible.
+    """
     centre = points.mean(axis=-2)
     residuals = points - centre[..., None, :]
     covariance = np.swapaxes(residuals, -1, -2) @ residuals / points.shape[-2]
@@ -407,8 +435,8 @@ class RandomEffects(Exact):
     ----------
     centre : array, (p,)
     between : array, (p, p)
-        Covariance of the true values: the scatter that the estimates' standard errors do not
-        explain.
+        Covariance between the true values: the scatter of the estimates that their covariances do
+        not explain.
     count : int
         Number of points used.
     """
@@ -418,9 +446,9 @@ class RandomEffects(Exact):
     count: int
 
     def distances(self, values: Array, covariances: Array) -> Array:
-        """Return the squared distance of each point from the centre, (n,).
+        """Return the squared Mahalanobis distance of each point from the centre, (n,).
 
-        Each is relative to the scatter plus the point's own covariance.
+        The covariance of a point is `between` plus its covariance in `covariances`, (n, p, p).
         """
         centres = np.broadcast_to(self.centre, values.shape)
         return squared_distances(values[:, None, :], centres, self.between + covariances)[:, 0]
@@ -449,9 +477,9 @@ class DetectedOutliers(Exact):
 
 
 def detect_outliers(values: Array, covariances: Array, level: float) -> DetectedOutliers:
-    """Return the points that differ from the others by more than chance.
+    """Return the significant outliers among points, and the random effects of the other points.
 
-    Robust distances order the points, the furthest are tested one after the other, and the
+    Robust distances order the points. The furthest points are tested one after the other. The
     remaining points give the random effects.
 
     Parameters
@@ -459,7 +487,7 @@ def detect_outliers(values: Array, covariances: Array, level: float) -> Detected
     values : array, (n, p)
         More than twice as many as parameters, of full rank.
     covariances : array, (n, p, p)
-        Covariances of the values as estimates.
+        Covariance of each value as an estimate.
     level : float
         Probability that one or more outliers are reported although there are none.
     """
@@ -471,23 +499,23 @@ def detect_outliers(values: Array, covariances: Array, level: float) -> Detected
     far = int(np.count_nonzero(robust > 2 * gammaincinv(size / 2, near)))
     most = min(far, (len(values) - size) // 2)
     count = _outlying(values[order], covariances[order], most, level)
-    alike = order[count:]
-    usual = _effects_of(values[alike], covariances[alike])
+    inliers = order[count:]
+    usual = _effects_of(values[inliers], covariances[inliers])
     distances = usual.distances(values, covariances)
     return DetectedOutliers(
         usual=usual,
         far=tuple(sorted(map(int, order[:count]), key=lambda i: -distances[i])),
         distances=distances,
-        p_values=np.asarray(prediction_p_value(distances, len(alike), size)),
+        p_values=np.asarray(prediction_p_value(distances, len(inliers), size)),
     )
 
 
 def _outlying(values: Array, covariances: Array, most: int, level: float) -> int:
     """Return the number of outliers among the first points, at most `most`.
 
-    The points are ordered, the furthest first. Each is compared with all that follow it. The last
-    point that is significantly far is an outlier together with all before it, so that several close
-    outliers do not hide one another [1]_.
+    The points are ordered, the furthest first. Each point is compared with all points that follow
+    it. The last point with a significant distance is an outlier together with all points before it,
+    so that several outliers close to one another do not hide one another [1]_.
 
     .. [1] C. Caroni, P. Prescott, "Sequential application of Wilks's multivariate outlier test",
        Applied Statistics 41 (2), 1992.
@@ -505,17 +533,18 @@ def _outlying(values: Array, covariances: Array, most: int, level: float) -> int
 
 
 def _effects_of(values: Array, covariances: Array) -> RandomEffects:
-    """Return the random effects of points without outliers."""
+    """Return the random effects of points without outliers, from their mean and covariance."""
     return _random_effects(values.mean(axis=0), np.atleast_2d(np.cov(values.T)), covariances)
 
 
 def _random_effects(centre: Array, scatter: Array, covariances: Array) -> RandomEffects:
-    """Return random effects: the scatter of the points minus that of their standard errors.
+    """Return random effects: the covariance of the points minus that of the estimates.
 
-    In directions in which the standard errors explain the scatter, it is 0.
+    `scatter`, (p, p), is the covariance of the points. In directions in which the covariances of
+    the estimates explain the scatter, the covariance between true values is 0.
     """
-    within = np.median(covariances, axis=0)  # median: uncertain points do not count
-    # Both in units of the scatter, so that no parameter's unit decides which value is too small.
+    within = np.median(covariances, axis=0)  # the median is not affected by uncertain points
+    # The difference in units of the scatter, so that eigenvalues do not depend on the units.
     root = np.linalg.cholesky(scatter + _FLAT * np.diag(np.diag(within)))
     excess = np.linalg.solve(root, np.linalg.solve(root, scatter - within).T)
     sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
@@ -528,7 +557,7 @@ def _random_effects(centre: Array, scatter: Array, covariances: Array) -> Random
 
 
 def prediction_p_value(distance: Any, count: int, size: int) -> Any:
-    """Return the probability that a further point is equally far or further.
+    """Return the probability that a further point has an equal or larger distance.
 
     Parameters
     ----------

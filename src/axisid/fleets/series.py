@@ -16,24 +16,24 @@ from axisid.support.wording import first_of
 from .ledger import FleetRow, unchecked_of
 from .robust_statistics import Drift, Step, change_in, detect_outliers, prediction_limit
 
-_MIN_SERIES = 5  # results; with fewer a limit is about ten standard deviations wide
+_MIN_SERIES = 5  # results; with fewer, limits would be about ten standard deviations wide
 
-_ROUNDING = 1e-12  # of the values: scatter due to arithmetic alone
+_ROUNDING = 1e-12  # relative to the values; smaller scatter is due to arithmetic alone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits(Exact):
-    """Control limits of a parameter that does not change, or drifts.
+    """Control limits of a parameter, for a constant or a drifting level.
 
     Attributes
     ----------
     centre : array, (n,)
-        Centre for each result; equal for all, unless the parameter drifts.
+        Centre for each result; the same for all results, unless the parameter drifts.
     between : float
-        Standard deviation between the true values of comparable results.
+        Standard deviation between the true values of the results that give the limits.
     lower, upper : array, (n,)
-        Limits of each result, from its own standard error, the scatter and the uncertainty of the
-        scatter.
+        Limits of each result, from its standard error, the standard deviation between true values
+        and the uncertainty of this standard deviation.
     """
 
     centre: Array
@@ -54,7 +54,7 @@ class Chart(Exact):
     low, high : array, (n,)
         95 % intervals.
     limits : Limits or Missing
-        Control limits; Missing, with the reason, if there are too few results.
+        Control limits; Missing, with the reason, if there are too few results or all are equal.
     beyond : tuple of int
         Indices of the results beyond their limits.
     steps : tuple of Step
@@ -75,7 +75,7 @@ class Chart(Exact):
 
     @property
     def has_changed(self) -> bool:
-        """Return whether a step or a drift is reported; results beyond limits do not count."""
+        """Return True if a step or a drift is reported; results beyond limits do not count."""
         return bool(self.steps) or self.drift is not None
 
 
@@ -96,9 +96,10 @@ def chart_of(
     points : sequence of FleetRow
         Results in their order.
     places : sequence of float
-        Place of each result: its number, or the condition that orders the results.
+        Place of each result on the axis of the chart: its number, or the condition that orders the
+        results.
     parameters : int
-        Number of parameters of the series, which share its significance level.
+        Number of parameters of the series. The significance level is divided by it.
     set_aside : sequence of int
         Indices of results that are excluded from limits and changes.
     """
@@ -109,7 +110,7 @@ def chart_of(
     steps, drift = change_in(
         values[counted], deviations[counted] ** 2, np.array(places)[counted], level
     )
-    # Behaviour of the results that count, at the places of all.
+    # Steps and drift of the counted results, converted to indices and places of all results.
     steps = tuple(replace(step, place=int(counted[step.place])) for step in steps)
     line = np.zeros(len(points))
     if drift is not None:
@@ -142,24 +143,26 @@ def _limits(
     ----------
     values, deviations : (n,) array
     line : (n,) array
-        Drift of the level at each result; 0 without a drift.
+        Change of the level by a drift at each result; 0 without a drift.
     before : array of int
-        Indices of the results that give the limits: those before the first step.
+        Indices of the results before the first step, which give the limits.
     level : float
         Significance level.
     """
     if len(before) < _MIN_SERIES:
         few = "1 result is" if len(before) == 1 else f"{len(before)} results are"
-        return Missing(f"{few} too few for limits; at least {_MIN_SERIES} are needed"), ()
+        reason = f"{few} too few for control limits; at least {_MIN_SERIES} are needed"
+        return Missing(reason), ()
     variances, residuals = deviations**2, (values - line)[before]
     if np.ptp(residuals) <= _ROUNDING * np.max(np.abs(values[before])):
         return Missing("all values are equal"), ()
-    alike = detect_outliers(residuals[:, None], variances[before, None, None], level)
-    usual = alike.usual
-    each = prediction_limit(level / len(values), usual.count, 1)
-    spread = np.sqrt(each * (usual.between[0, 0] + variances))
+    detected = detect_outliers(residuals[:, None], variances[before, None, None], level)
+    usual = detected.usual
+    squared_distance = prediction_limit(level / len(values), usual.count, 1)
+    spread = np.sqrt(squared_distance * (usual.between[0, 0] + variances))
     centre = usual.centre[0] + line
     lower, upper = centre - spread, centre + spread
+    # Beyond the limits: outliers among the results before the first step, others by the limits.
     others = np.setdiff1d(np.arange(len(values)), before)
     outside = others[(values < lower)[others] | (values > upper)[others]]
     return (
@@ -169,25 +172,25 @@ def _limits(
             lower=lower,
             upper=upper,
         ),
-        tuple(sorted({*before[list(alike.far)].tolist(), *outside.tolist()})),
+        tuple(sorted({*before[list(detected.far)].tolist(), *outside.tolist()})),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Series(Checked):
-    """Results of one axis and one machine in their order.
+    """Results of one axis and one machine, in order, with a control chart of each parameter.
 
     Attributes
     ----------
     axis, serial : str
-        Name of the axis, and serial number, which is empty if it is not known.
+        Name of the axis, and serial number of the machine, which is empty if it is not known.
     points : tuple of FleetRow
         The results.
     places : tuple of float
-        Place of each result: the condition that orders the results (a date as days since 1970), or
-        its number from 1.
+        Place of each result: the condition that orders the results (a date as days since
+        1970-01-01), or its number from 1.
     charts : tuple of Chart
-        One for each parameter.
+        The control chart of each parameter.
     set_aside : tuple of int
         Indices of results that are excluded from limits and changes.
     """
@@ -200,13 +203,13 @@ class Series(Checked):
     set_aside: tuple[int, ...] = ()
 
     def origin(self, by: str) -> str:
-        """Return the first date if dates order the results; otherwise an empty text."""
+        """Return the first date if the condition `by` is a date; otherwise an empty text."""
         first = self.points[0].conditions.get(by)
         return first if isinstance(first, str) else ""
 
     @property
     def title(self) -> str:
-        """Return axis and serial number."""
+        """Return the name of the axis and the serial number."""
         return f"{self.axis} {self.serial}".strip()
 
     @property
@@ -217,7 +220,7 @@ class Series(Checked):
         found = grouped((name, point.name) for point in self.points for name in point.failing)
         rows = (
             ("changes", changed and f"step or drift of {changed}", "no step and no drift"),
-            ("limits", beyond and f"beyond the limits: {beyond}", "nothing beyond the limits"),
+            ("limits", beyond and f"beyond the limits: {beyond}", "no result beyond the limits"),
         )
         of = f"{self.title}: "
         return (
@@ -231,15 +234,15 @@ class Series(Checked):
 
     @property
     def has_changed(self) -> bool:
-        """Return whether a step or a drift is reported."""
+        """Return True if a step or a drift is reported for a parameter."""
         return any(chart.has_changed for chart in self.charts)
 
     @property
     def has_beyond(self) -> bool:
-        """Return whether a result is beyond its limits."""
+        """Return True if a result is beyond the limits of a parameter."""
         return any(chart.beyond for chart in self.charts)
 
 
 def notable_first(series: Iterable[Series]) -> list[Series]:
-    """Return series: first those that changed, then those with a result beyond its limits."""
+    """Return series sorted: first with a change, then with results beyond limits, then others."""
     return sorted(series, key=lambda each: (not each.has_changed, not each.has_beyond))

@@ -1,4 +1,4 @@
-"""Results over time, by axis and machine: collected, as a table and as plain data."""
+"""Trends of parameters: results collected by axis and machine, as a table and as plain data."""
 
 import math
 import os
@@ -32,43 +32,43 @@ from .robust_statistics import LARGEST
 from .series import Chart, Series, chart_of
 from .trend_document import trend_document, trend_page
 
-#: Function that returns the ledger of a folder: the table of its logs and results.
+#: Function that returns the ledger of a folder, which is the table of its logs and results.
 Ledgers: TypeAlias = Callable[[Path], Ledger]
-#: A result of which several over time form a trend.
+#: Results that can form a trend.
 Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
 _DAY = 86_400.0  # s
 
 
 def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
-    """Return a result as a row of a fleet, with what the fleet's ledger knows of its log.
+    """Return a result as a row of a fleet, with log, serial number and conditions of the ledger.
 
-    For a fit the method is the fitted outputs, and the parameters are the free ones that are
-    identified.
+    For a fit the method is ``fit:`` plus the fitted outputs, and the parameters are those that were
+    fitted and have a standard error.
 
     Parameters
     ----------
     saved : SavedIdentification or SavedOutputFit
     row : FleetRow or None
-        Row of the ledger; None without one.
+        Row of the result in the ledger of its folder; None if there is none.
     method : str or None
-        Method whose estimates are used; None for the judged one.
+        Method whose estimates are used; None for the method that the verdict judges.
     """
     if isinstance(saved, SavedOutputFit):
         own = f"{FIT}{saved.output.replace(' and ', ',')}"
         if method not in (None, own):
             raise UsageError(
-                f"{saved.file} is the result of a fit. It has no method {quoted(method)}, only "
-                f"{own}. Omit this file.",
+                f"{saved.file} is the result of a fit, whose method is {own}, not "
+                f"{quoted(method)}. Omit this file.",
                 code="trend",
             )
         parameters = {}
-        for name, told in saved.document.parameters.items():
+        for name, saved_value in saved.document.parameters.items():
             value = fleet_value(saved.parameters[name])
-            if told.at_bound:  # the standard error from the 95 % interval, to one side
+            if saved_value.at_bound:  # the 95 % interval is one-sided and gives the standard error
                 low, high = value.interval_95
                 value = structs.replace(value, sd=float((high - low) / ndtri(INTERVAL_LEVEL.value)))
-            if not told.fixed and math.isfinite(value.sd):
+            if not saved_value.fixed and math.isfinite(value.sd):
                 parameters[name] = value
     else:
         estimate = saved.preferred if method is None else saved[method]
@@ -90,64 +90,65 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
 
 
 def place_of(point: FleetRow, by: str) -> float:
-    """Return the condition of a result as a number; a date as days since 1970.
+    """Return the condition `by` of a result as a number; a date as days since 1970-01-01.
 
     Raises
     ------
     UsageError
-        It has no such condition, or the condition is neither a number nor a date, or too large.
+        The result does not have the condition, or the condition is too large, or neither a number
+        nor a date.
     """
     if by not in point.conditions:
         known = ", ".join(point.conditions) or "none"
         raise UsageError(
-            f"the condition {quoted(by)} of {point.name} is not known; it has {known}. Conditions "
-            "are columns of a fleet's manifest and are stored in fleet.jsonl next to the results. "
-            "Copy fleet.jsonl together with the results.",
+            f"the condition {quoted(by)} of {point.name} is not known. Known conditions of this "
+            f"result: {known}. Conditions are columns of a fleet's manifest and are stored in "
+            "fleet.jsonl next to the results. Copy fleet.jsonl together with the results.",
             code="trend",
         )
-    told = point.conditions[by]
-    if isinstance(told, str):
+    condition = point.conditions[by]
+    if isinstance(condition, str):
         try:
-            date = datetime.fromisoformat(told)
-            # Without a zone it is read as UTC, so that a place does not depend on the machine.
+            date = datetime.fromisoformat(condition)
+            # A date without a zone is UTC, so that the number does not depend on the machine.
             return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() / _DAY
         except ValueError:
-            told = None
-    if told is None or not abs(told) < LARGEST:
+            condition = None
+    if condition is None or not abs(condition) < LARGEST:
         raise UsageError(
             f"the {by} of {point.name} is {quoted(point.conditions[by])}. Give numbers below "
             f"{LARGEST:g}, or dates such as 2026-03-01.",
             code="trend",
         )
-    return float(told)
+    return float(condition)
 
 
 def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list[str]]:
-    """Return results as rows, in the given order, and notes on results that were omitted.
+    """Return results as rows of a fleet, in the given order, and notes on omitted results.
 
     Parameters
     ----------
     results : object
         Files, folders or loaded results.
     method : str or None
-        Method whose estimates are used; None for the judged one.
+        Method whose estimates are used; None for the method that the verdict judges.
 
     Raises
     ------
     UsageError
-        There is no result, an item is not a result, or a result does not have the method.
+        There is no result, an argument is not a result, or a result does not have the method.
     DataError
         A file cannot be read, or is not a result.
     """
-    listed = [results] if isinstance(results, (str, Path, Saved)) else results
-    if not isinstance(listed, Iterable):
-        raise UsageError(f"the results are {quoted(results)}. Give files, or folders of them.")
-    given = list(listed)
-    ledgers: Ledgers = cache(read_ledger)  # each folder's is read once
+    several = [results] if isinstance(results, (str, Path, Saved)) else results
+    if not isinstance(several, Iterable):
+        raise UsageError(f"the results are {quoted(results)}. Give files, or folders of files.")
+    given = list(several)
+    ledgers: Ledgers = cache(read_ledger)  # the ledger of a folder is read once
     every = [saved for each in given for saved in _saved(each, ledgers)]
     files = Counter(Path(saved.file).resolve() for saved in every)
     if twice := [file for file, times in files.items() if times > 1]:
-        raise UsageError(  # a repeated result would move limits and hide steps
+        raise UsageError(  # a repeated result would change limits and hide steps
             f"{quoted(str(twice[0]))} is given {files[twice[0]]} times. Give each result once.",
             code="trend",
         )
@@ -175,7 +176,7 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
 
 
 def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
-    """Yield the results that an argument names: a loaded one, a file, or those of a folder."""
+    """Yield the results of an argument: a loaded result, a result file, or a folder of files."""
     if isinstance(given, Saved):
         yield given
         return
@@ -185,7 +186,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
     if os.path.isdir(given):
         ledger = ledgers(Path(given))
         kept = last_results(ledger.results.values())
-        # A file in the folder that the fleet did not write may be anything.
+        # In the folder of a fleet, only results in its ledger are read.
         files = [f for f in sorted(Path(given).glob("*.json")) if not ledger.last or f.stem in kept]
     for file in files:
         found = load_result(file)
@@ -199,7 +200,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
 
 
 def _notes_on(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
-    """Yield notes on results of a folder that are omitted, or whose log failed later.
+    """Yield sentences on results of a folder that are omitted, or whose log failed later.
 
     Parameters
     ----------
@@ -207,34 +208,37 @@ def _notes_on(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
     ledger : Ledger
         Ledger of the folder.
     named : set of Path
-        Files of results in use.
+        Files of the results in use.
     """
     if not ledger.last and ledger.broken:
-        yield f"{ledger.broken}: serial numbers and conditions are not known."
+        yield f"{ledger.broken}, so serial numbers and conditions of the results are not known."
     kept = last_results(ledger.results.values())
     failed = [row.name for row in ledger.last.values() if not row.has_result]
     if earlier := [name for name in failed if name in kept]:
         of = "1 log" if len(earlier) == 1 else f"{len(earlier)} logs"
         yield (
-            f"The last identification of {of} failed: {first_of(earlier)}. The trend shows their "
-            "earlier results."
+            f"The last identification of {of} failed: {first_of(earlier)}. The trend shows the "
+            "earlier results of these logs."
         )
-    left = []
+    omitted = []
     for file in sorted(folder.glob("*.json")) if ledger.last else ():
         with suppress(OSError):
-            if file.stem not in ledger.results and file.resolve() not in named:
-                left += [file.stem] * bool(kinds_of(file) & {"identify", "fit"})
-    if left:
-        of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
+            is_unknown = file.stem not in ledger.results and file.resolve() not in named
+            if is_unknown and kinds_of(file) & {"identify", "fit"}:
+                omitted.append(file.stem)
+    if omitted:
+        of, them = "1 result is", "it"
+        if len(omitted) > 1:
+            of, them = f"{len(omitted)} results are", "them"
         why = f" {ledger.broken}." if ledger.broken else ""
         yield (
-            f"{of} left out, because {folder / LEDGER} has no line for them: {first_of(left)}."
+            f"{of} omitted, because {folder / LEDGER} has no line for {them}: {first_of(omitted)}."
             f"{why} Give the files by name, or identify the logs again with axisid fleet --resume."
         )
 
 
 def last_results(rows: Iterable[FleetRow]) -> set[str]:
-    """Return the names of the results that are the last of their log, axis and columns.
+    """Return the names of the last results of each combination of log, axis and columns.
 
     A later identification that failed does not replace a result.
     """
@@ -251,32 +255,34 @@ _COLUMNS = (
 
 
 def _csv(series: Sequence[Series]) -> str:
-    """Return series as CSV, with one row for each value of each result."""
+    """Return series as CSV text, with one row for each parameter of each result."""
     rows: list[Iterable[object]] = [_COLUMNS]
     for each in series:
         for chart in each.charts:
             steps = {step.place: step.difference for step in chart.steps}
             drift = "" if chart.drift is None else chart.drift.slope
-            limits, unknown = chart.limits, [""] * (3 * isinstance(chart.limits, Missing))
-            known = (
-                () if isinstance(limits, Missing) else (limits.centre, limits.lower, limits.upper)
-            )
-            figures = (chart.values, chart.deviations, chart.low, chart.high, *known)
+            # Columns of numbers; cells of missing limits are empty.
+            columns = [chart.values, chart.deviations, chart.low, chart.high]
+            no_limits = [""] * 3
+            if not isinstance(chart.limits, Missing):
+                columns += [chart.limits.centre, chart.limits.lower, chart.limits.upper]
+                no_limits = []
+            numbers = np.column_stack(columns).tolist()
             name = (chart.parameter, chart.unit)
             rows += (
                 (
                     *(each.axis, each.serial, point.name, place, point.method, *name),
-                    *(*told, *unknown, int(i in chart.beyond), steps.get(i, ""), drift),
+                    *(*cells, *no_limits, int(i in chart.beyond), steps.get(i, ""), drift),
                 )
-                for i, (point, place, told) in enumerate(
-                    zip(each.points, each.places, np.column_stack(figures).tolist(), strict=True)
+                for i, (point, place, cells) in enumerate(
+                    zip(each.points, each.places, numbers, strict=True)
                 )
             )
     return csv_text(rows)
 
 
 def _chart_dict(chart: Chart) -> dict[str, object]:
-    """Return one parameter of a series as plain data."""
+    """Return the control chart of a parameter as plain data."""
     limits, drift = chart.limits, chart.drift
     known = None if isinstance(limits, Missing) else limits
     return {
@@ -312,7 +318,7 @@ class Trend(Checked, Shown):
     by : str
         Condition that orders the results; empty for the order in which they were given.
     notes : tuple of str
-        Notes on omitted results.
+        Sentences on omitted results.
     """
 
     series: tuple[Series, ...]
@@ -363,8 +369,8 @@ class Trend(Checked, Shown):
         Parameters
         ----------
         file : str or Path
-            Its ending decides the form: ``.csv`` has a row for each value, ``.html`` is a page with
-            figures, ``.json`` is plain data.
+            The ending of its name decides the format: ``.csv`` has a row for each parameter of each
+            result, ``.html`` is a page with figures, ``.json`` is plain data.
 
         Returns
         -------
@@ -391,25 +397,26 @@ def trend(
     method: str | None = None,
     count_failing: bool = False,
 ) -> Trend:
-    """Follow the parameters of axes over their results.
+    """Return the trend of the parameters of axes over their results.
 
-    Results of one axis and one serial number are a series. Limits follow from the results' own
-    standard errors and the scatter between them; a result beyond them, and a level that steps or
-    drifts, are reported, each at a significance level that holds for the whole series.
+    Results with the same axis, serial number and parameters form a series. Control limits follow
+    from the standard errors of the results and the scatter between the results. Results beyond the
+    limits, and a level that steps or drifts, are reported. The significance level of each test
+    holds for the whole series.
 
     Parameters
     ----------
     results : path, result of `load_result` or iterable of them
         Files, and folders of files, that ``axisid identify --json``, ``fit --json`` or `fleet`
-        wrote, in the order of their names; in a folder of a fleet its manifest's serial numbers and
-        conditions are known.
+        wrote. The files of a folder are ordered by name. For a folder of a fleet the serial numbers
+        and conditions of its manifest are known.
     by : str, optional
-        Condition that orders them, a number or a date; by default they are in order.
+        Condition that orders the results, a number or a date; by default they keep the given order.
     method : str, optional
-        Method whose estimates are used; by default the judged one of each result. For a fit it is
-        named by the fitted outputs, such as ``fit:control``.
+        Method whose estimates are used; by default the method that the verdict of each result
+        judges. The method of a fit is ``fit:`` plus the fitted outputs, such as ``fit:control``.
     count_failing : bool
-        Whether results whose verdict fails are used for limits and changes like the others.
+        True if results with a failed verdict are used for limits and changes too.
 
     Returns
     -------
@@ -418,9 +425,9 @@ def trend(
     Raises
     ------
     UsageError
-        There is no result, or one has no such condition or method.
+        There is no result, or a result does not have the condition or the method.
     DataError
-        A file is not a result, or results of a series have a parameter in several units.
+        A file is not a result, or a parameter has different units in the results of a series.
     """
     points, notes = points_of(results, method)
     found = grouped(((each.axis, each.serial, tuple(each.parameters)), each) for each in points)
@@ -446,7 +453,7 @@ def _series(points: list[FleetRow], by: str | None, *, count_failing: bool) -> S
                 raise DataError(
                     f"{name} of {first.axis} has the unit {quoted(first.parameters[name].unit)} in "
                     f"{first.name} and {quoted(value.unit)} in {point.name}. Give results with the "
-                    "same unit, or make one trend for each unit.",
+                    "same unit, or make a separate trend for each unit.",
                     code="trend",
                 )
     places = [float(i) for i in range(1, len(points) + 1)]

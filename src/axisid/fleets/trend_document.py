@@ -21,14 +21,15 @@ from axisid.presentation.plots import Panel, Plot, PlotSeries, Tone, labelled
 from axisid.support.arrays import Array
 from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
+from axisid.support.settings import setting
 from axisid.support.version import __version__
 from axisid.support.wording import first_of, range_text
 
 from .robust_statistics import LARGEST
 from .series import Chart, Series, notable_first
 
-_MOST_SHOWN = 20  # series without a change, which matter less, and results in a sentence
-_MOST_DRAWN = 50  # series, the notable first
+_MOST_SHOWN = 20  # series without a change, and results that a sentence names
+_MOST_DRAWN = 50  # series; those with a change first
 _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -60,12 +61,14 @@ $figures
 
 
 def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ()) -> Document:
-    """Return a trend as a document: a table of all series, then each series.
+    """Return a trend as a document: a table of all series, then a section for each series.
 
-    Series with a change come first. Each has a table of limits, and sentences on its changes.
+    Series with a change come first. Each section has a table of limits, and sentences on changes.
+    Only 20 series without a change are shown. `by` is the condition that orders the results; empty
+    for the given order.
     """
-    listed = notable_first(series)
-    notable = sum(each.has_changed or each.has_beyond for each in listed)
+    ordered = notable_first(series)
+    notable = sum(each.has_changed or each.has_beyond for each in ordered)
     changed = sum(each.has_changed for each in series)
     beyond = notable - changed
     also = f", {beyond} {'more ' if changed else ''}with results beyond the limits"
@@ -77,51 +80,61 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
             "order": by or "order of the files",
         },
     )
-    shown = listed[: notable + _MOST_SHOWN]
+    shown = ordered[: notable + _MOST_SHOWN]
     blocks = (block for each in shown for block in _series_blocks(each, by))
-    left = len(listed) - len(shown)
+    left = len(ordered) - len(shown)
     more = (f"and {left} more series without a change.",) if left > 0 else ()
-    said = (paragraph(*more, *notes),) if more or notes else ()
+    end = (paragraph(*more, *notes),) if more or notes else ()
     rows = []
     for each in shown:
         steps = (chart.parameter for chart in each.charts if chart.steps)
         drifts = (chart.parameter for chart in each.charts if chart.drift is not None)
         far = (f"{chart.parameter} {len(chart.beyond)}" for chart in each.charts if chart.beyond)
-        told = [", ".join(names) for names in (steps, drifts, far)]
+        changes = [", ".join(names) for names in (steps, drifts, far)]
         failing = sum(bool(point.failing) for point in each.points)
-        rows.append((each.title, str(len(each.points)), *told, str(failing or "")))
+        rows.append((each.title, str(len(each.points)), *changes, str(failing or "")))
     overview = text_table(
         ("series", "results", "steps", "drifts", "beyond limits", "failed verdicts"), rows
     )
-    return heading, *([overview] if len(shown) > 1 else []), *blocks, *said
+    tables = [overview] if len(shown) > 1 else []
+    return heading, *tables, *blocks, *end
 
 
 def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
-    """Return the table of a series' parameters and limits, and sentences on changes and doubts."""
+    """Return the table of parameters and limits of a series, and sentences on it.
+
+    The sentences report missing limits, steps, drifts, results beyond limits, and reasons why the
+    results may not be comparable.
+    """
     points = series.points
     without = grouped(
         (chart.limits.reason, chart.parameter)
         for chart in series.charts
         if isinstance(chart.limits, Missing)
     )
-    said = [f"{', '.join(of)}: {reason}." for reason, of in without.items()]
-    of = "day" if series.origin(by) else f"unit of {by}" if by else "result"
+    sentences = [f"{', '.join(names)}: {reason}." for reason, names in without.items()]
+    # A slope is per day, per unit of the condition, or per result.
+    per = "result"
+    if by:
+        per = f"unit of {by}"
+    if series.origin(by):
+        per = "day"
     for chart in series.charts:
         name, unit, drift = chart.parameter, chart.unit, chart.drift
-        said += [
+        sentences += [
             f"{name} steps by {step.difference:+.4g} +- {step.deviation:.2g} {unit} at "
             f"{points[step.place].name} (p = {step.p_value:.2g})."
             for step in chart.steps
         ]
         if drift is not None:
-            said.append(
-                f"{name} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {unit} per {of}, "
+            sentences.append(
+                f"{name} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {unit} per {per}, "
                 f"{drift.line[-1] - drift.line[0]:+.3g} {unit} in total (p = "
                 f"{drift.p_value:.2g})."
             )
         if chart.beyond:
             beyond = first_of([points[place].name for place in chart.beyond], _MOST_SHOWN)
-            said.append(f"{name} is beyond its limits in {beyond}.")
+            sentences.append(f"{name} is beyond its limits in {beyond}.")
     methods = dict.fromkeys(point.method.upper() for point in points)
     results = "1 result" if len(points) == 1 else f"{len(points)} results"
     table = text_table(
@@ -130,17 +143,15 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
         title=f"{series.title}, {results} by {' and '.join(methods)}",
     )
     failing = [f"{p.name} ({', '.join(p.failing)})" for p in points if p.failing]
-    what = (
-        "are excluded from limits and changes"
-        if any(points[i].failing for i in series.set_aside)
-        else "are used like the others"
-    )
+    use = "are used for limits and changes"
+    if any(points[i].failing for i in series.set_aside):
+        use = "are excluded from limits and changes"
     odd = [point.name for point in points if not point.is_comparable]
     doubts = (
         (
             len(methods) > 1,
             "The verdicts judge estimates of different methods, whose values may differ. Select "
-            "one method with --method METHOD (method=).",
+            f"one method with {setting('method', 'METHOD')}.",
         ),
         (
             len({point.signature for point in points}) > 1,
@@ -148,21 +159,26 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
         ),
         (
             failing,
-            f"The verdict of {len(failing)} of {len(points)} results is failed. They {what} and "
+            f"{len(failing)} of {len(points)} results have failed checks. These results {use} and "
             f"may be wrong: {first_of(failing, _MOST_SHOWN)}.",
         ),
         (
             odd,
-            "Values or standard errors that are not finite or too large to compare are excluded "
-            f"from limits and changes: {first_of(odd, _MOST_SHOWN)}.",
+            "Results with values or standard errors that are not finite, or too large to compare, "
+            f"are excluded from limits and changes: {first_of(odd, _MOST_SHOWN)}.",
         ),
     )
-    said += [doubt for is_so, doubt in doubts if is_so]
-    return table, paragraph(*(said or ["No result beyond the limits, no step and no drift."]))
+    sentences += [doubt for is_so, doubt in doubts if is_so]
+    if not sentences:
+        sentences = ["No result is beyond the limits. There is no step and no drift."]
+    return table, paragraph(*sentences)
 
 
 def _row(chart: Chart) -> tuple[Cell, ...]:
-    """Return the table row of one parameter: centre, scatter, and limits of the last result."""
+    """Return the row of a parameter: centre, scatter, standard error and limits of the last result.
+
+    Without limits the centre is the median of all results.
+    """
     own = f"{chart.deviations[-1]:.3g}"
     if isinstance(chart.limits, Missing):
         return chart.parameter, chart.unit, f"{np.median(chart.values):.6g}", "", own, ""
@@ -200,12 +216,12 @@ def trend_plot(series: Series, by: str) -> Plot:
 
 
 def _drawn(chart: Chart) -> NDArray[np.bool_]:
-    """Return which values of a parameter a figure can show."""
+    """Return a mask, (n,), of the results whose value and interval a figure can show."""
     return np.asarray(np.all(np.abs([chart.values, chart.low, chart.high]) < LARGEST, axis=0))
 
 
 def _panel(chart: Chart, places: Array) -> Panel:
-    """Return the panel of one parameter; `places` are the values of x."""
+    """Return the panel of a parameter; `places`, (n,), are the x values of the results."""
     beyond, drawn = np.isin(np.arange(len(places)), chart.beyond), _drawn(chart)
     curves = []
     if not isinstance(chart.limits, Missing):
@@ -240,16 +256,19 @@ def _panel(chart: Chart, places: Array) -> Panel:
 
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
-    """Return an HTML page with a document and a figure of each series, changed ones first."""
+    """Return an HTML page with the document of a trend and a figure of each series.
+
+    At most 50 series are drawn, those with a change first.
+    """
     from axisid.presentation.matplotlib import draw, rendered
 
     figures = []
     for each in notable_first(series)[:_MOST_DRAWN]:
         plot = trend_plot(each, by)
         data = base64.b64encode(rendered(draw(plot, plot.title), "svg")).decode()
-        told = escape(f"{plot.title}. {plot.caption}")
+        text = escape(f"{plot.title}. {plot.caption}")
         figures.append(
-            f'<figure><img alt="{told}" src="data:image/svg+xml;base64,{data}">'
+            f'<figure><img alt="{text}" src="data:image/svg+xml;base64,{data}">'
             f"<figcaption>{escape(plot.caption)}</figcaption></figure>"
         )
     title = escape(f"Trend of {', '.join(dict.fromkeys(each.axis for each in series))}")

@@ -1,7 +1,7 @@
-"""How results look: text, page, figures, JSON.
+"""Presentation of results: text, HTML page, figures, JSON.
 
-In: a result. Out: its document, dictionary, figures and cells of a notebook, by its row in `views`;
-one page of HTML with everything in it, for a colleague; what Matplotlib draws, and its files. Its
-modules are imported by name, so that Matplotlib is where something is drawn. Knows nothing of how a
-result came to be, and of arguments; nothing below imports it.
+In: a result. Out: its document, dictionary, figures and notebook cells, by its row in `views`; a
+self-contained HTML page (`page`); figures by Matplotlib, and their files (`matplotlib`). Modules
+are imported by name, so that Matplotlib is imported only if a figure is drawn. Knows nothing of the
+origin of a result and of the arguments of commands; packages below do not import it.
 """

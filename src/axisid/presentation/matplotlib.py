@@ -1,6 +1,6 @@
-"""Drawing of a `Plot` with Matplotlib, with suitable ticks, and writing to files.
+"""Figures by Matplotlib: a `Plot` is drawn with suitable ticks, and written to files.
 
-Imported only if a figure is drawn.
+The module is imported only if a figure is drawn.
 """
 
 import io
@@ -41,7 +41,7 @@ try:
         NullLocator,
         ScalarFormatter,
     )
-except Exception as error:  # it reads the user's variables and files on import
+except Exception as error:  # Matplotlib reads the user's variables and files on import
     raise UsageError(
         f"no figure can be drawn: matplotlib cannot be imported ({one_line(error)}). "
         "Correct the named setting, for example the variable MPLBACKEND, or omit the figures."
@@ -59,22 +59,13 @@ _COLORS = {
 }
 
 
-_INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"
-
-
-_WIDTH = 160.0 / 25.4  # inches, of a page with margins
-
-
-_PANEL, _AROUND = 1.5, 0.7  # inches
-
-
+_INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"  # text and axes, grid, shaded stretches
+_WIDTH = 160.0 / 25.4  # inches, text width of a page
+_PANEL, _AROUND = 1.5, 0.7  # inches, height of a panel with weight 1, and of labels around panels
 _NAMED = 0.17  # inches, height of the names of marks
-
-
 _DENSE = 2000  # points; more are drawn as an image inside a vector file
 
-
-# By preference; DejaVu Sans, which matplotlib includes, has the exponents that others lack.
+# By preference; DejaVu Sans, which Matplotlib includes, has the exponents that others lack.
 _FONTS = ("Source Sans 3", "Helvetica", "Arial", "Liberation Sans")
 
 
@@ -105,9 +96,8 @@ _STYLE: Any = {
 }
 
 
-_FEWEST = 3  # ticks; decades from which only powers of ten have ticks
-
-
+# Smallest number of ticks; also the number of decades from which only powers of ten have ticks.
+_FEWEST = 3
 _WRITTEN_OUT = (-2, 5)  # powers of ten between which numbers are written out
 
 
@@ -115,6 +105,7 @@ class Drawing(Figure):
     """A figure that notebooks show without pyplot."""
 
     def _repr_png_(self) -> bytes:
+        """Return the figure as a PNG file."""
         return rendered(self, "png")
 
 
@@ -125,22 +116,23 @@ def draw(plot: Plot, title: str = "") -> Drawing:
     ----------
     plot : Plot
     title : str
-        Title above the figure; empty if a caption is below.
+        Title above the figure; empty for none, if there is a caption below the figure.
     """
     weights = [panel.weight for panel in plot.panels]
     height = _AROUND + _PANEL * max(sum(weights), 1.6)
     with rc_context(_style()):
         figure = Drawing(figsize=(_WIDTH, height), layout="constrained")
         rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
-        _draw_panels(list(rows[:, 0]), plot, 4)
+        axes = list(rows[:, 0])
+        _draw_panels(axes, plot, 4)
         if title:
             figure.suptitle(title, x=0.01, horizontalalignment="left", fontsize=10)
-        figure.align_ylabels(list(rows[:, 0]))
+        figure.align_ylabels(axes)
     return figure
 
 
 def draw_on(plot: Plot, ax: object) -> Figure:
-    """Draw a plot on existing axes, and return their figure.
+    """Draw a plot on existing axes of Matplotlib, and return their figure.
 
     Parameters
     ----------
@@ -155,11 +147,16 @@ def draw_on(plot: Plot, ax: object) -> Figure:
     """
     given = [ax] if isinstance(ax, Axes) else [*np.ravel(np.asarray(ax, dtype=object))]
     if not given or not all(isinstance(each, Axes) for each in given):
-        raise UsageError(f"ax is a {type(ax).__name__}; give axes of Matplotlib.", code="figure")
+        raise UsageError(
+            f"ax is of the type {type(ax).__name__}; expected are axes of Matplotlib. Give axes, "
+            f"for example plt.subplots({len(plot.panels)}, sharex=True)[1].",
+            code="figure",
+        )
     if len(given) != len(plot.panels):
         raise UsageError(
-            f"the figure {plot.name} has {len(plot.panels)} panels, but ax has {len(given)} axes; "
-            f"give one per panel, for example plt.subplots({len(plot.panels)}, sharex=True)[1].",
+            f"the figure {plot.name} has {len(plot.panels)} panels, but ax has {len(given)} axes. "
+            "Give one pair of axes per panel, for example "
+            f"plt.subplots({len(plot.panels)}, sharex=True)[1].",
             code="figure",
         )
     _draw_panels(given, plot, 2)
@@ -175,7 +172,7 @@ def _draw_panels(axes: Sequence[Axes], plot: Plot, columns: int) -> None:
 
 
 def rendered(figure: Figure, form: str) -> bytes:
-    """Return a figure as the bytes of a ``pdf``, ``svg`` or ``png`` file; they are reproducible."""
+    """Return a figure as the reproducible bytes of a file in a format: pdf, svg or png."""
     stamps: dict[str, dict[str, Any]] = {
         "pdf": {"Creator": "axisid", "CreationDate": None},
         "svg": {"Creator": "axisid", "Date": None},
@@ -232,7 +229,9 @@ def _name_marks(axes: Axes, plot: Plot) -> None:
     """
     places = sorted(place for place, _ in plot.marks)
     for place, name in plot.marks:
-        side = "center" if len(places) != 2 else "right" if place == places[0] else "left"
+        side = "center"
+        if len(places) == 2:
+            side = "right" if place == places[0] else "left"
         axes.annotate(
             name,
             (place, 1.0),
@@ -248,15 +247,19 @@ def _name_marks(axes: Axes, plot: Plot) -> None:
 def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
     """Draw the legend of a panel, in its order, unless the panel above has the same legend."""
     labels = [series.label for series in panel.series if not series.aside]
-    first = panel is plot.panels[0]
-    before = plot.panels[max(plot.panels.index(panel) - 1, 0)]
-    named_above = not first and labels == [s.label for s in before.series if not s.aside]
-    handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    is_first = panel is plot.panels[0]
+    above = plot.panels[max(plot.panels.index(panel) - 1, 0)]
+    is_named_above = not is_first and labels == [s.label for s in above.series if not s.aside]
+    artists, names = axes.get_legend_handles_labels()
+    handles = dict(zip(names, artists, strict=True))
     shown = [_plain(label) for label in labels if label]
-    if first and plot.shaded:
+    if is_first and plot.shaded:
         shown.append(SHADED)
-    if len(shown) > (not plot.shaded) and not named_above:
-        lifted = _NAMED / (_PANEL * panel.weight) if first and plot.marks else 0.0
+    # A single series needs no legend, unless a stretch is shaded.
+    fewest = 1 if plot.shaded else 2
+    if len(shown) >= fewest and not is_named_above:
+        # The legend of the first panel is above the names of the marks.
+        lifted = _NAMED / (_PANEL * panel.weight) if is_first and plot.marks else 0.0
         axes.legend(
             [handles[label] for label in shown],
             shown,
@@ -268,7 +271,7 @@ def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
 
 
 def _draw_series(axes: Axes, series: PlotSeries) -> None:
-    """Draw one series as stems, points with error bars, or a line with its band."""
+    """Draw one series as stems, as points with error bars, or as a line with its band."""
     color, label = _COLORS[series.tone], _plain(series.label) or "_none"
     if series.kind == "stems":
         axes.vlines(series.x, 0, series.y, color=color, linewidth=1.2, label=label)
@@ -312,7 +315,7 @@ def _draw_series(axes: Axes, series: PlotSeries) -> None:
 
 
 def _plain(text: str) -> str:
-    """Return text escaped so that it is not read as a formula."""
+    """Return text escaped so that Matplotlib does not read it as a formula."""
     return text.replace("$", r"\$")
 
 
@@ -323,9 +326,9 @@ def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
     ----------
     axis : Axis
     log : bool
-        Whether the axis is logarithmic.
+        True for a logarithmic axis.
     whole : bool
-        Whether ticks are whole numbers.
+        True if ticks are whole numbers.
     """
     axis.set_major_locator(
         MaxNLocator(
@@ -369,7 +372,7 @@ def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float =
     """
     plot, end = force_plot(estimate), float(row_times(estimate)[0]) + seconds
     shown = with_series(plot, lambda s: replace(s, x=s.x[s.x <= end], y=s.y[s.x <= end]))
-    title = f"{title}: equation error {estimate.equation_error_percent:.1f} %"
+    title = f"{title}: equation error {estimate.equation_error_percent:.1f} % of the force"
     _save(draw(shown, title), path)
 
 
@@ -391,26 +394,26 @@ def sweep_figure(result: Sweep, path: Path) -> None:
 
 
 def write_figures(plots: Iterable[Plot | Missing], folder: Path, form: str) -> list[Path]:
-    """Write each plot that is not Missing to its own file, without title; return the files.
+    """Write each plot that is not Missing to its own file, without title, and return the files.
 
     Parameters
     ----------
     plots : iterable of Plot or Missing
         Missing plots are skipped.
     folder : Path
-        Created if it does not exist.
+        Folder of the files; it is created if it does not exist.
     form : {"pdf", "svg", "png"}
+        Format and suffix of the files.
 
     Returns
     -------
     list of Path
-        The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    written = {folder / f"{p.name}.{form}": p for p in plots if isinstance(p, Plot)}
-    for path, plot in written.items():
+    found = {folder / f"{plot.name}.{form}": plot for plot in plots if isinstance(plot, Plot)}
+    for path, plot in found.items():
         _save(draw(plot), path)
-    return [*written]
+    return [*found]
 
 
 def _save(figure: Drawing, path: Path) -> None:

@@ -76,15 +76,10 @@ from axisid.support.missing import Missing
 from axisid.support.version import __version__
 
 _MOST_POINTS = 30_000  # of a curve; a longer one is thinned to the extremes of stretches
-
-
 _EVEN = 1e-6  # relative tolerance of an even step
-
-
+# Escapes of the signs that could end a script element, or a line in it.
 _HARMLESS = str.maketrans({sign: f"\\u{ord(sign):04x}" for sign in "<>&\u2028\u2029"})
-
-
-_PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # side by side
+_PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # figures side by side
 
 
 def script_json(value: Any) -> str:
@@ -95,38 +90,39 @@ def script_json(value: Any) -> str:
 def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
     """Return the figures as data for the page's scripts.
 
-    ``arrays`` has each distinct array in base64, and ``plots`` refers to arrays by their index.
+    ``arrays`` has each distinct array of 32-bit floats in base64, and ``plots`` refers to arrays by
+    their index.
     """
-    numbers: dict[str, int] = {}  # of arrays, by content
+    indices: dict[str, int] = {}  # index of each array, by its content
 
     def put(values: Any) -> Any:
+        """Return a number as it is, an evenly spaced array by its step, another by its index."""
         if not np.ndim(values):
             return float(values)
         step = float(values[-1] - values[0]) / max(len(values) - 1, 1)
         if len(values) > 2 and step and np.allclose(np.diff(values), step, _EVEN, 0.0):
             return {"start": float(values[0]), "step": step, "count": len(values)}
         content = base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
-        return numbers.setdefault(content, len(numbers))
+        return indices.setdefault(content, len(indices))
 
     thin = (with_series(plot, _thinned_series) for plot in plots)
     listed = [msgspec.to_builtins(plot, enc_hook=put) for plot in thin]
-    return {"arrays": list(numbers), "plots": [{**plot, "shade": SHADED} for plot in listed]}
+    return {"arrays": list(indices), "plots": [{**plot, "shade": SHADED} for plot in listed]}
 
 
 def _thinned_series(series: PlotSeries) -> PlotSeries:
     """Return a series with at most 30,000 points.
 
-    A line keeps the extremes of each stretch, points are thinned evenly. A series with a band is
-    not thinned.
+    A line keeps the extremes of each stretch, and points are thinned evenly. A series with a band
+    is not thinned.
     """
     if len(series.x) <= _MOST_POINTS or series.low is not None:
         return series
-    every = -(-len(series.x) // _MOST_POINTS)
-    x, y = (
-        thinned(series.x, series.y, _MOST_POINTS)
-        if series.kind == "line"
-        else (series.x[::every], series.y[::every])
-    )
+    if series.kind == "line":
+        x, y = thinned(series.x, series.y, _MOST_POINTS)
+    else:
+        every = -(-len(series.x) // _MOST_POINTS)  # rounded up
+        x, y = series.x[::every], series.y[::every]
     return replace(series, x=x, y=y)
 
 
@@ -142,13 +138,13 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     most : int
         Maximum number of returned points; extremes are always kept.
     """
-    length = -(-len(x) // (most // 2))
+    length = -(-len(x) // (most // 2))  # of a stretch, rounded up
     starts = np.arange(0, len(x), length)
-    places = [
-        sorted((start + part.argmin(), start + part.argmax()))
-        for start in starts
-        for part in [y[start : start + length]]
-    ]
+    places = []
+    for start in starts:
+        stretch = y[start : start + length]
+        places.append(sorted((start + stretch.argmin(), start + stretch.argmax())))
+    # The two points of a stretch are at a quarter and at three quarters of its length.
     halves = (starts[:, None] + np.array([0.25, 0.75]) * length).ravel()
     step = (x[-1] - x[0]) / (len(x) - 1)
     return x[0] + step * halves, y[np.array(places).ravel()]
@@ -173,58 +169,70 @@ def figures_html(plots: Mapping[int, Mapping[str, Plot | Missing]], names: Seque
         '<p class="note record-picker" hidden><label>Figures of record '
         f'<select id="record-picker">{options}</select></label></p>'
     )
-    of_each = "".join(_figures(of_one, record=i) for i, of_one in plots.items() if i)
+    of_each = "".join(_figures(by_name, record=i) for i, by_name in plots.items() if i)
     return f"{picker}{of_each}{_figures(plots[0])}"
 
 
 def _figures(plots: Mapping[str, Plot | Missing], record: int = 0) -> str:
     """Return the HTML of figures, some of them in pairs side by side.
 
-    `record` is the number of the record, which is part of their names; 0 for all records together.
+    Parameters
+    ----------
+    plots : mapping of str to Plot or Missing
+        Figures by name; Missing with the reason if a figure cannot be drawn.
+    record : int
+        Number of the record, which is part of the names; 0 for figures of all records together.
     """
-    of, suffix = (f' data-record="{record}"', f"-{record}") if record else ("", "")
+    attribute = suffix = ""
+    if record:
+        attribute, suffix = f' data-record="{record}"', f"-{record}"
     plots = {name.removesuffix(suffix): plot for name, plot in plots.items()}
     kinds = {name: type(plot) for name, plot in plots.items()}
     # If one figure of a pair cannot be drawn, the other takes the whole width.
-    halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
-    return "".join(_figure(name, plot, of, half=name in halves) for name, plot in plots.items())
+    halves: set[str] = set()
+    for pair in _PAIRS:
+        if len({kinds.get(name) for name in pair}) == 1:
+            halves.update(pair)
+    return "".join(
+        _figure(name, plot, attribute, half=name in halves) for name, plot in plots.items()
+    )
 
 
-def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
-    """Return the HTML of one figure; of a missing one, its title and the reason.
+def _figure(name: str, plot: Plot | Missing, attribute: str, *, half: bool) -> str:
+    """Return the HTML of one figure; for a missing figure its title and the reason.
 
     Parameters
     ----------
     name : str
     plot : Plot or Missing
-    of : str
+    attribute : str
         HTML attribute with the number of the record; empty for all records.
     half : bool
-        Whether the figure has half the width of the page.
+        True if the figure has half the width of the page.
     """
-    wide = (' class="half"' if half else "") + of
+    attributes = (' class="half"' if half else "") + attribute
     heading = TITLES[name] if isinstance(plot, Missing) else plot.title
     title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
     if isinstance(plot, Missing):
         reason = prose_html(f"Not available: {plot}")
-        return f'<figure{wide}>{title}<p class="none">{reason}</p></figure>'
+        return f'<figure{attributes}>{title}<p class="none">{reason}</p></figure>'
     return (
-        f'<figure{wide} id="figure-{plot.name}">{title}'
+        f'<figure{attributes} id="figure-{plot.name}">{title}'
         f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
         f"<figcaption>{prose_html(plot.caption)}</figcaption></figure>"
     )
 
 
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
-_CUTOFFS = 8
-_PACKAGES = ("numpy", "scipy", "casadi", "sympy")
+_CUTOFFS = 8  # of the sweep for the report
+_PACKAGES = ("numpy", "scipy", "casadi", "sympy")  # whose versions the page names
 #: Text before the tables of all methods; the first table of the page has the judged method.
 _ALL_METHODS = paragraph(
     "These values contain the bias of filter and noise. The table above is corrected for it.",
     "The number after ± is one standard error. The plots show 95 % intervals.",
     title="All methods, before the bias correction",
 )
-_STATUSES = ("fail", "note", "not evaluated", "pass")
+_STATUSES = ("fail", "note", "not evaluated", "pass")  # in the order of the table of checks
 _SIMULATED = '<p class="simulated"><b>SIMULATED.</b> {}</p>'
 
 
@@ -362,20 +370,23 @@ def _page(
         Date of the page; None for none.
     """
     # Collect the facts on the result, its records and the program.
-    told = {k: v for b in document if isinstance(b, Heading) for k, v in b.facts.items()}
-    facts = {"made": "" if made is None else made.isoformat(" ", "seconds"), **told}
+    facts = {"made": "" if made is None else made.isoformat(" ", "seconds")}
+    for block in document:
+        if isinstance(block, Heading):
+            facts |= block.facts
     for i, record in enumerate(records, 1):
-        of_one, source = f" {i}" if len(records) > 1 else "", record.provenance
+        number, source = f" {i}" if len(records) > 1 else "", record.provenance
         facts |= {
-            f"file as given{of_one}": source.given,
-            f"file{of_one}": source.path,
-            f"sha256 of the file{of_one}": source.sha256,
+            f"file as given{number}": source.given,
+            f"file{number}": source.path,
+            f"sha256 of the file{number}": source.sha256,
         }
     if records:
         names = [record.provenance.source for record in records]
         sources = names[0] if len(names) == 1 else f"{len(names)} records"
         subheading = f"{axis.axis.name}, {subheading} {sources}, {sum(map(len, records))} samples"
-        if truth := records[0].provenance.truth:
+        truth = records[0].provenance.truth
+        if truth:
             listed = ", ".join(f"{name} = {value:g}" for name, value in truth.items())
             simulated = _SIMULATED.format(
                 f"This record is not a measurement. It was simulated with {escape(listed)}."
@@ -385,16 +396,22 @@ def _page(
     script = "".join(map(_asset, _SCRIPTS)) + _asset("records.js") * several
     title = escape(heading or axis.axis.title or axis.axis.name)
     shown = tuple(block for block in document if not isinstance(block, (Heading, Checks)))
-    drawn = (plot for of in plots.values() for plot in of.values() if isinstance(plot, Plot))
+    drawn = (
+        plot for by_name in plots.values() for plot in by_name.values() if isinstance(plot, Plot)
+    )
+    simulated_by = "native code"
+    if axis.native.library() is None:
+        simulated_by = "the CasADi virtual machine"
+    packages = ", ".join(f"{package} {version(package)}" for package in _PACKAGES)
     made_by = {
         "generated code": axis.signature,
-        "simulated by": "the CasADi virtual machine"
-        if axis.native.library() is None
-        else "native code",
-        "versions": f"axisid {__version__}, Python {platform.python_version()}, "
-        + ", ".join(f"{package} {version(package)}" for package in _PACKAGES),
+        "simulated by": simulated_by,
+        "versions": f"axisid {__version__}, Python {platform.python_version()}, {packages}",
         "platform": platform.platform(),
     }
+    provenance = blocks_html((Heading(facts={**facts, **made_by}),))
+    if command:
+        provenance += f"<p>Command that reproduces this result:</p><pre>{unbroken(command)}</pre>"
     return Template(_asset("page.html")).substitute(
         version=__version__,
         title=f"{title}: axisid report",
@@ -405,9 +422,7 @@ def _page(
         parameters=_scrolled(shown) + more,
         figures=figures_html(plots, [record.provenance.source for record in records]),
         model=model or _model_html(axis.axis),
-        provenance=blocks_html((Heading(facts={**facts, **made_by}),))
-        + f"<p>Command that reproduces this result:</p><pre>{unbroken(command)}</pre>"
-        * bool(command),
+        provenance=provenance,
         data=script_json(figures_data(drawn)),
         style=style,
         script=script,
@@ -417,12 +432,12 @@ def _page(
 
 
 def _scrolled(document: Document) -> str:
-    """Return blocks as HTML that scrolls if it is wider than the page."""
+    """Return blocks as HTML; each block scrolls if it is wider than the page."""
     return "".join(f'<div class="scroll">{blocks_html((block,))}</div>' for block in document)
 
 
 def _tally_legend(checks: Iterable[Check]) -> str:
-    """Return HTML that states how many checks have each status, with the colours of the bars."""
+    """Return HTML with the number of checks of each status, in the colours of the bars."""
     counts = Counter(check.status for check in checks)
     words: Mapping[Status, str] = {
         "pass": "passed",
@@ -439,7 +454,7 @@ def _tally_legend(checks: Iterable[Check]) -> str:
 
 
 def _verdict_html(checks: Sequence[Check], judged: str) -> str:
-    """Return the HTML of a verdict: headline, sentences on checks, and a table of all checks.
+    """Return the HTML of a verdict: headline, bars, sentences on checks, table of all checks.
 
     Parameters
     ----------
@@ -447,10 +462,10 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
     judged : str
         Name of the result that the checks apply to.
     """
-    ordered = sorted(by_weight(checks), key=lambda c: _STATUSES.index(c.status))
+    ordered = sorted(by_weight(checks), key=lambda check: _STATUSES.index(check.status))
     bars = "".join(
-        f'<span class="{STATUS_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
-        for c in reversed(ordered)
+        f'<span class="{STATUS_CLASSES[check.status]}" title="{escape(check.name)}"></span>'
+        for check in reversed(ordered)
     )
     table = replace(checks_table(ordered, sources=True), title="")
     headline = prose_html(conclusion_text(conclusion(checks)))
@@ -544,9 +559,9 @@ def fit_plots(fit: OutputFit) -> Mapping[int, Mapping[str, Plot]]:
     }
 
 
-_PATIENCE = 1.0  # s
+_PATIENCE = 1.0  # s; a sweep that takes longer reports its progress
 
-
+#: Function that shows a line to the user.
 Say = Callable[[str], None]
 
 
@@ -597,7 +612,7 @@ def write_outputs(
             from .matplotlib import write_figures
 
             found = plots_by_record(result, cutoffs).values()
-            plots = (plot for of_one in found for plot in of_one.values())
+            plots = (plot for by_name in found for plot in by_name.values())
             written += write_figures(plots, Path(figures), "pdf")
     except OSError as error:
         place = error.filename or report or figures
@@ -614,10 +629,10 @@ def _swept(result: Identification, say: Say) -> Sweep | None:
 
     def progress(done: int, count: int, _: str) -> None:
         if time.monotonic() - begin > _PATIENCE:
-            say(f"sweep for the report: {done} of {count} cut-offs")
+            say(f"sweep for the report: {done} of {count} cut-offs are done")
 
     try:
         return report_sweep(result, progress)
     except EstimationError as error:
-        say(f"the report has no sweep: {error}")
+        say(f"the report has no sweep over the cut-off: {error}")
         return None

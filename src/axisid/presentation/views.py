@@ -1,6 +1,6 @@
 """Views of each type of result: blocks of text, plain data, dataframe, figures.
 
-`_VIEWS` has one row per type.
+`_VIEWS` at the end of the file has one row per type of result.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -96,13 +96,13 @@ class _View(NamedTuple):
     Attributes
     ----------
     document : callable
-        Makes the document of blocks.
+        Returns the document of blocks, from the result and the arguments of `summary`.
     written : callable
-        Makes the document of the result file; by default the result itself.
+        Returns the document of the result file; by default the result itself.
     columns : callable or None
-        Makes the rows or columns of the dataframe; None without a dataframe.
+        Returns the rows or columns of the dataframe; None if the result has no dataframe.
     figures : mapping of str to callable
-        Makes a figure as data, by its name.
+        Functions by the name of a figure; each returns the figure as data.
     """
 
     document: Callable[..., Document]
@@ -162,18 +162,18 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
     name = next(filter(find_spec, _LIBRARIES), "pandas") if library is None else library
     if not is_among(name, _LIBRARIES):
         raise UsageError(
-            f"there is no dataframe library {quoted(name)}; give pandas or polars.",
+            f"library is {quoted(name)}; expected is pandas or polars. Give one of them.",
             code="dataframe",
         )
     if find_spec(name) is None:
         raise UsageError(
-            f"a dataframe needs {name}, which is not installed; run: pip install {name}",
+            f"a dataframe needs {name}, which is not installed. Run: pip install {name}",
             code="missing-library",
         )
     columns = _view_of(result).columns
     if columns is None:
         raise UsageError(
-            f"a {type(result).__name__} has no table of numbers; use its to_dict().",
+            f"{type(result).__name__} has no table of numbers for a dataframe. Use its to_dict().",
             code="dataframe",
         )
     if name == "pandas":
@@ -191,18 +191,33 @@ def as_document(result: Presentable, **how: Any) -> dict[str, Any]:
 
 
 def saved_as(result: Presentable, file: object, **how: Any) -> Path:
-    """Write a result as JSON and return its file."""
+    """Write a result as JSON, and return the file.
+
+    Parameters
+    ----------
+    result : Presentable
+    file : str or Path
+        Name that ends in ``.json``.
+    **how
+        Arguments of the `to_dict` of the result.
+
+    Raises
+    ------
+    UsageError
+        The name or an argument is invalid, or the file cannot be written.
+    """
     path = Path(file) if isinstance(file, (str, Path)) else None
     if path is None or path.suffix != ".json":
         raise UsageError(
-            f"the result cannot be saved to {quoted(file)}; give a name that ends in .json.",
+            f"the result cannot be saved to {quoted(file)}. Give a file name that ends in .json.",
             code="result-file",
         )
     known = signature(result.to_dict).parameters
-    if foreign := [name for name in how if name not in known]:
+    unknown = [name for name in how if name not in known]
+    if unknown:
+        arguments = ", ".join(["the file", *known])
         raise UsageError(
-            f"save has no argument {quoted(foreign[0])}; in addition to the file it takes "
-            f"{', '.join(known) or 'nothing'}.",
+            f"save has no argument {quoted(unknown[0])}. Give only {arguments}.",
             code="result-file",
         )
     return write_file(path, json_text(result.to_dict(**how)))
@@ -217,9 +232,9 @@ def figure_of(
     ----------
     result : Presentable
     what : str
-        Name of the figure; empty for the only one.
+        Name of the figure; empty if the result has only one figure.
     method : str, optional
-        Method of an identification.
+        Method of an identification; by default the judged one.
     ax : Axes or sequence of Axes, optional
         Axes to draw on, one per panel.
     **of
@@ -251,7 +266,7 @@ def plot_of(result: Presentable, what: str, method: str | None = None, **of: Any
         plot = figures[what](result, **of)
     else:
         raise UsageError(
-            f"a figure of {type(result).__name__} has no method to choose; omit method.",
+            f"a figure of {type(result).__name__} has no choice of the method. Omit method.",
             code="figure",
         )
     if isinstance(plot, Missing):
@@ -269,7 +284,8 @@ def _of_method(
 ) -> tuple[Any, Any]:
     """Return the result and the estimate that a figure shows.
 
-    A figure of a live result shows one record, given by its number, except for convergence.
+    A figure of a live result shows one record, given by its number from 1, by default the first.
+    The figure of the convergence shows all records.
     """
     if isinstance(result, Identification):
         place = record_index(1 if record is None else record, len(result.parts))
@@ -283,25 +299,24 @@ def _saved_repeats(saved: SavedIdentification, estimate: SavedEstimate) -> Plot 
     Missing unless the estimate is the judged one.
     """
     if estimate is not saved.preferred:
-        return Missing("the file contains it only for the judged estimate")
+        return Missing("the file contains the repeating residual only for the judged estimate")
     return repeats_plot(estimate, saved.document.lack_of_fit or None)
 
 
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
-    """Return the error for a figure that a result does not have."""
+    """Return the error for a figure that a result does not have; `there` are its figures."""
     listed = ", ".join(there)
     if isinstance(result, SavedIdentification | SavedEstimate | SavedMonteCarlo | SavedOutputFit):
-        of = f"{quoted(what)} " if what else ""
+        name = f"{quoted(what)} " if what else ""
+        alternatives = f", or choose from {listed}" if listed else ""
         return UsageError(
-            f"the file of a result has no rows, samples or runs, which the figure {of}needs; draw "
-            "it from the result of identify, fit or monte_carlo"
-            + (f", or choose from {listed}." if listed else "."),
+            f"the figure {name}needs rows, samples or runs, which the file of a result does not "
+            f"contain. Draw it from the result of identify, fit or monte_carlo{alternatives}.",
             code="figure",
         )
+    advice = f" Choose from {listed}." if listed else ""
     return UsageError(
-        f"{type(result).__name__} has no figure {quoted(what)}"
-        + (f"; choose from {listed}." if listed else "."),
-        code="figure",
+        f"{type(result).__name__} has no figure {quoted(what)}.{advice}", code="figure"
     )
 
 
@@ -412,12 +427,15 @@ def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
 
 
 def _of_one(figures: _Figures) -> _Figures:
-    """Return figures of an estimate as functions of a result and an estimate."""
+    """Return figures of an estimate as functions of a result and an estimate.
+
+    Their first argument, the result, is not used.
+    """
     return {name: lambda _, each, draw=draw: draw(each) for name, draw in figures.items()}
 
 
 def _view_of(result: Shown) -> _View:
-    """Return the views of a result's type; an unknown type is shown by its own `document`."""
+    """Return the views of a result's type; another type is shown by its own method `document`."""
     kinds = (_VIEWS[kind] for kind in type(result).__mro__ if kind in _VIEWS)
     return next(kinds, _View(methodcaller("document")))
 

@@ -1,9 +1,9 @@
-"""Arrays, equality to the last bit of objects that contain them, and values computed on demand.
+"""Arrays, exact equality of objects that contain arrays, and values computed on demand.
 
 Dimensions: N samples of a record, n rows of a regression, p physical parameters, m parameters of
-the direct model. A dataclass whose members JSON represents differently (numbers that are not
-finite, and arrays) is its own document: msgspec writes, reads and describes it, with the functions
-`to_json`, `from_json` and `schema_of_kind` for the types that it does not know.
+the direct model. msgspec writes, reads and describes documents as JSON. `to_json`, `from_json` and
+`schema_of_kind` are its functions for types that JSON does not have: arrays, and numbers that are
+not finite.
 """
 
 import dataclasses
@@ -31,43 +31,47 @@ def frozen(values: ArrayLike) -> Array:
 
 
 def in_few_digits(values: ArrayLike) -> Array:
-    """Return values rounded to 24 binary digits, so that their last digits have no effect.
+    """Return values rounded to 24 binary digits, as an array of the same shape.
 
-    The last digits depend on the machine, and a loop that rounds its measurement would take other
-    steps because of them. Values near an edge of the rounding may still differ.
+    The last digits of a computed value depend on the machine. Without the rounding, a loop that
+    quantises its measurement would give other results on another machine. Values near the middle
+    between two rounded values may still differ.
     """
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.rint(np.ldexp(mantissa, 24)), exponent - 24), dtype=float)
 
 
 def relative_error_percent(error: Array, signal: Array) -> float:
-    """Return ``100 ||error|| / ||signal||``; not finite if the signal is 0."""
+    """Return ``100 ||error|| / ||signal||``, in per cent; not finite if the signal is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
 
 
 def column_sizes(columns: Array) -> Array:
-    """Return the norm of each column, by which columns are scaled; 1 for a column of zeros."""
+    """Return the norm of each column of an (n, k) array, (k,); 1 for a column of zeros.
+
+    Columns are divided by these norms before a regression.
+    """
     sizes = np.linalg.norm(columns, axis=0)
     return np.where(sizes > 0, sizes, 1.0)
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return a number for JSON: None if it is not finite."""
+    """Return a number for JSON: a float, or None if it is not finite."""
     return float(value) if math.isfinite(value) else None
 
 
 def runs(chosen: NDArray[np.bool_], start: int = 0) -> tuple[tuple[int, int], ...]:
-    """Return the runs of true values: the first index and the one after the last of each.
+    """Return (first, end) of each run of consecutive true values; `end` is the last index plus 1.
 
-    `start` is the index of the first value.
+    `start` is the index of the first element of `chosen`.
     """
     edges = start + np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
     return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
 def mask_of(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
-    """Return a mask, (size,), that is true within spans given as first index and end."""
+    """Return a mask, (size,), that is true within spans (first, end), where `end` is excluded."""
     inside = np.zeros(size, dtype=bool)
     for start, stop in spans:
         inside[start:stop] = True
@@ -75,10 +79,11 @@ def mask_of(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
 
 
 class Exact:
-    """Base of a dataclass, declared with ``eq=False``, that is equal to another one bit by bit.
+    """Base of a dataclass with exact equality by `same`; the dataclass is declared ``eq=False``.
 
-    NumPy's ``==`` returns an array, which the equality of a dataclass cannot use. An object that
-    comes back from another process or a pickle is equal. There is no hash.
+    The generated equality of a dataclass fails with NumPy arrays, whose ``==`` returns an array. An
+    object that comes back from another process or a pickle is equal to the original. Objects are
+    not hashable.
     """
 
     __slots__ = ()
@@ -90,7 +95,11 @@ class Exact:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Return whether two objects are equal to the last bit, recursively; NaN equals NaN."""
+    """Return True if two objects are of one type and equal to the last bit; NaN equals NaN.
+
+    Arrays are compared by dtype, shape and bytes. Structs, dataclasses, mappings, tuples and lists
+    are compared recursively, by their members in order.
+    """
     if a is b:
         return True
     if type(a) is not type(b):
@@ -99,7 +108,7 @@ def same(a: Any, b: Any) -> bool:
         return bool(a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes())
     if isinstance(a, msgspec.Struct):
         return all(same(getattr(a, name), getattr(b, name)) for name in a.__struct_fields__)
-    # A dataclass by its fields, unless it has an equality that it wrote itself.
+    # A dataclass by its fields, unless its class defines __eq__.
     if dataclasses.is_dataclass(a) and (
         a.__dataclass_params__.eq or type(a).__eq__ in (object.__eq__, Exact.__eq__)  # type: ignore[union-attr]
     ):
@@ -123,30 +132,30 @@ if TYPE_CHECKING:
 else:
 
     class MaybeNan(Real):
-        """A float; JSON's null is not a number."""
+        """Annotation of a float that is NaN where JSON has null."""
 
     class MaybeInfinite(Real):
-        """A float; JSON's null is infinite."""
+        """Annotation of a float that is infinite where JSON has null."""
 
     MaybeNan.register(float)
     MaybeInfinite.register(float)
 
-#: Value of a number that is null in JSON, by its annotation.
+#: Value in Python of a null in JSON, by the annotation of the number.
 OF_NULL: dict[Any, float] = {MaybeInfinite: math.inf, MaybeNan: math.nan, float: math.nan}
 
 
 def to_json(value: Any) -> Any:
-    """Return a number or an array of NumPy as a number or a list of Python."""
+    """Return a NumPy number or array as a Python number or list."""
     return value.tolist()
 
 
 def from_json(kind: Any, value: Any) -> Any:
-    """Return a value of JSON as a float for `MaybeNan` and `MaybeInfinite`, or as an array.
+    """Return a JSON value as a float if `kind` is in `OF_NULL`, otherwise as an array of floats.
 
     Raises
     ------
     ValueError
-        It cannot be converted.
+        The value cannot be converted.
     """
     try:
         if kind in OF_NULL:
@@ -166,14 +175,15 @@ T = TypeVar("T")
 
 
 class Deferred(Generic[T]):
-    """A value that is computed when it is first requested, and only once.
+    """A value that is computed once, when it is first requested.
 
-    A pickle or a copy contains the value, not the function. Two are equal if their values are.
+    A pickle or a copy contains the value, not the function. Two objects are equal if their values
+    are the same (`same`).
 
     Parameters
     ----------
     make : callable
-        Function that computes the value; it is released afterwards.
+        Function that computes the value; the reference to it is deleted afterwards.
     """
 
     def __init__(self, make: Callable[[], T]) -> None:
@@ -181,12 +191,12 @@ class Deferred(Generic[T]):
 
     @classmethod
     def of(cls, value: T) -> "Deferred[T]":
-        """Return a deferred object for a value that is known already."""
+        """Return a `Deferred` whose value is already known."""
         return cls(lambda: value)
 
     @cached_property
     def value(self) -> T:
-        """The value; an exception of the function is raised at every request."""
+        """The value. If the function raises an exception, every request calls it again."""
         value = self._make()
         del self._make
         return value
@@ -201,7 +211,7 @@ class Deferred(Generic[T]):
 
 
 class Uncached:
-    """Base of a dataclass that is pickled by its fields, without cached properties."""
+    """Base of a dataclass whose pickle contains its fields but no cached properties."""
 
     __slots__ = ()
 
@@ -210,18 +220,20 @@ class Uncached:
 
 
 def least_squares_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
-    """Return the least-squares solution, (k,), with scaled columns, and the effective rank.
+    """Return the least-squares solution, (k,), and the effective rank.
+
+    The columns are scaled to norm 1 for the solution, so that their units do not matter.
 
     Parameters
     ----------
     columns : (n, k) array
-        A column with a number that is not finite counts as 0.
+        A column with a number that is not finite is replaced by zeros.
     off : (n,) array
         The right-hand side.
     least : float
-        Singular values below this share of the largest one are ignored.
+        Singular values of the scaled columns below this share of the largest one are ignored.
     """
     columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
     scale = column_sizes(columns)
-    step, _, shown, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
-    return step / scale, int(shown)
+    step, _, rank, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
+    return step / scale, int(rank)

@@ -14,9 +14,10 @@ V = TypeVar("V")
 def cached_while_alive(
     function: Callable[Concatenate[S, T, P], V],
 ) -> Callable[Concatenate[S, T, P], V]:
-    """Return a function whose values are cached as long as its second argument is alive.
+    """Return a function whose values are cached until its second argument is deleted.
 
-    The second argument is recognised by its identity. The other arguments must have a hash.
+    The second argument, the owner of the values, is recognised by its identity. The other arguments
+    must be hashable.
     """
     cache = dict[int, dict[tuple[object, ...], V]]()
 

@@ -1,4 +1,4 @@
-"""Checks of arguments: refuse them with a sentence, or return them in one form.
+"""Checks of arguments: refuse a wrong argument with a sentence, or return it in a common form.
 
 This module is imported without NumPy.
 """
@@ -15,13 +15,13 @@ if TYPE_CHECKING:  # an axis is declared without NumPy
 
     from .arrays import Array
 
-#: Condition that is true if something is wrong, the sentence without its full stop, and optionally
-#: the code of the error.
+#: Condition that is true if an argument is wrong, the sentence of the error without its full stop,
+#: and optionally the code of the error.
 Refusal: TypeAlias = tuple[object, str] | tuple[object, str, str]
 
 
 def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code: str = "") -> None:
-    """Raise an error with the sentence of the first condition that is true, if any.
+    """Raise an error with the sentence of the first condition that is true; otherwise do nothing.
 
     Parameters
     ----------
@@ -31,15 +31,15 @@ def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code:
     before : str
         Beginning of every sentence.
     code : str
-        Code of errors without a code of their own.
+        Code of an error whose refusal has no code.
     """
-    for is_wrong, said, *own in refusals:
+    for is_wrong, sentence, *own_code in refusals:
         if is_wrong:
-            raise error(f"{before}{said}.", code=own[0] if own else code)
+            raise error(f"{before}{sentence}.", code=own_code[0] if own_code else code)
 
 
 def is_among(value: object, names: Container[str]) -> TypeGuard[str]:
-    """Return whether a value is one of some names; a value of any type may be given."""
+    """Return True if a value, of any type, is a text and one of the names."""
     return isinstance(value, str) and value in names
 
 
@@ -47,25 +47,28 @@ _KINDS = {"c": "complex", "U": "text", "S": "text"}
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """Return whether a value is one real number, possibly infinite, and not a bool."""
+    """Return True if a value is one real number, possibly infinite or NaN, and not a bool.
+
+    A whole number that is too large for a float is refused.
+    """
     if isinstance(value, int) and not isinstance(value, bool):
         return abs(value) <= sys.float_info.max
     return isinstance(value, float) or _is_numpys(value, "integer", "floating")
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value is one whole number of an integer type, and not a bool."""
+    """Return True if a value is one whole number of an integer type, and not a bool."""
     return not isinstance(value, bool) and (isinstance(value, int) or _is_numpys(value, "integer"))
 
 
 def _is_numpys(value: object, *kinds: str) -> bool:
-    """Return whether a value is a NumPy number of given kinds; False if NumPy is not loaded."""
+    """Return True if a value is a NumPy number of given kinds; False if NumPy is not loaded."""
     numpy = sys.modules.get("numpy")
     return numpy is not None and isinstance(value, tuple(getattr(numpy, kind) for kind in kinds))
 
 
 def is_nothing(count: object) -> bool:
-    """Return whether a count is 0 or None; other types are not checked here."""
+    """Return True if a count is None or the whole number 0; False for a value of another type."""
     return count is None or (isinstance(count, int) and count == 0)
 
 
@@ -82,7 +85,7 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
     Raises
     ------
     AxisidError
-        They are masked, complex, ragged or not numbers.
+        The values are masked, complex, ragged or not numbers.
     """
     import numpy as np
 
@@ -90,15 +93,17 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
         return values
     if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
         raise error(
-            f"{what}: {masked} of the values are masked. Remove or repair them.",
+            f"{what}: {masked} of the values are masked. Remove or repair the masked values.",
             code="record",
         )
     try:
         array = np.asarray(values)
-        if array.dtype.kind == "O":  # None would become not a number without a word
+        if array.dtype.kind == "O":  # float() refuses None, which NumPy would convert to NaN
             array = np.array([float(each) for each in array.ravel()]).reshape(array.shape)
     except (TypeError, ValueError, OverflowError) as reason:
-        raise error(f"{what}: the values are not numeric: {reason}.") from reason
+        raise error(
+            f"{what}: the values are not numeric ({reason}). Give real numbers."
+        ) from reason
     if array.dtype.kind not in "biuf":
         kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
         raise error(f"{what}: the values are {kind}. Give real numbers.", code="record")
@@ -106,7 +111,7 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
 
 
 def listed(given: object) -> tuple[Any, ...]:
-    """Return one value or several values as a tuple; a text is one value."""
+    """Return the elements of an iterable as a tuple; a single value or a text as a 1-tuple."""
     return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
 
 
@@ -122,7 +127,7 @@ def by_name(given: object, what: str) -> Mapping[str, Any]:
     Raises
     ------
     UsageError
-        It is not a mapping.
+        `given` is not a mapping.
     """
     if given is not None and not isinstance(given, Mapping):
         raise UsageError(

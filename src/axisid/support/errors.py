@@ -1,7 +1,7 @@
 """Errors with a sentence for the user, a code and an exit code.
 
 Every message says what was given, what was expected and what to do. An exception that is not an
-`AxisidError` is a fault of the program, not of its user. This is imported without NumPy.
+`AxisidError` is a fault of the program, not of its user. This module is imported without NumPy.
 """
 
 import os
@@ -17,9 +17,8 @@ class AxisidError(ValueError):
     Parameters
     ----------
     sentence : str
-        What was given, what was expected and what to do. A setting stands in it as ``gaps="split"``
-        or ``columns position=NAME``: an option of the command line (``--gaps split``), a key of a
-        ``run.toml``, and an argument in Python.
+        What was given, what was expected and what to do. Settings in it are spelled by
+        `axisid.support.settings.setting`. Numbers up to 1e5 are written without exponent.
     code : str, optional
         Identifies the error among the errors of its class.
 
@@ -39,7 +38,7 @@ class AxisidError(ValueError):
 
 
 class UsageError(AxisidError):
-    """An option or argument is wrong in itself, whatever the axis and the record."""
+    """An option or argument is wrong, independently of the axis and the record."""
 
     exit_code = 2
     code = "usage"
@@ -65,8 +64,9 @@ class FileError(AxisidError):
     Attributes
     ----------
     headline : str
+        Message without the mistakes.
     mistakes : tuple of str
-        Each may have several lines.
+        A text for each mistake, which may have several lines.
     """
 
     def __init__(self, headline: str, mistakes: Sequence[str] = (), *, code: str = "") -> None:
@@ -106,5 +106,5 @@ class CandidateError(EstimationError):
 
 
 def asks_for_tracebacks() -> bool:
-    """Return whether ``AXISID_DEBUG`` is set: a fault then ends the program where it is."""
+    """Return True if ``AXISID_DEBUG`` is set: an internal fault then raises its traceback."""
     return bool(os.environ.get("AXISID_DEBUG"))

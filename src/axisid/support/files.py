@@ -1,7 +1,7 @@
-"""Files that are read and written: regular ones, complete, unchanged while read, as JSON and CSV.
+"""Read and write files safely: only regular files, complete, unchanged while read; JSON and CSV.
 
-Every output states in its first or last bytes which command made it: a result by its schema, a page
-and figures by their creator, exported and generated code by its first lines.
+The first or last bytes of every output name the command that made it: the schema of a result, the
+creator of a page or figure, the first lines of exported or generated code.
 """
 
 import csv
@@ -25,14 +25,14 @@ from .errors import DataError, EstimationError, UsageError
 
 @contextmanager
 def opened_regular(path: Path) -> Iterator[io.BufferedReader]:
-    """Open a regular file for reading; a link is followed.
+    """Open a regular file for reading within the context; a link is followed.
 
     Raises
     ------
     OSError
-        It cannot be read, or is a pipe, a socket, a device or a folder.
+        The file cannot be read, or is a pipe, a socket, a device or a folder.
     """
-    # Without O_NONBLOCK the opening of a pipe waits for who writes to it.
+    # Without O_NONBLOCK the opening of a pipe would wait until a process opens it for writing.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -44,12 +44,12 @@ def opened_regular(path: Path) -> Iterator[io.BufferedReader]:
 
 
 def read_regular(path: Path) -> bytes:
-    """Return the content of a regular file; a link is followed.
+    """Return the bytes of a regular file; a link is followed.
 
     Raises
     ------
     OSError
-        It cannot be read, or is a pipe, a socket, a device or a folder.
+        The file cannot be read, or is a pipe, a socket, a device or a folder.
     """
     with opened_regular(path) as file:
         return file.read()
@@ -78,7 +78,7 @@ def replace_file(path: Path, content: str | bytes) -> None:
     # Names of files may hold bytes that are no text.
     data = content.encode(errors="replace") if isinstance(content, str) else content
     if path.exists() and not path.is_file():
-        path.write_bytes(data)  # by this name: that of an open pipe leads nowhere
+        path.write_bytes(data)  # not resolved: the real name of an open pipe cannot be opened
         return
     try:
         path = path.resolve()
@@ -125,11 +125,11 @@ def write_by_ending(
     ----------
     path : Path
     writers : mapping of str to callable
-        Function that makes the content, by ending.
+        Function that returns the content, by ending.
     refused : str
-        Beginning of the message on another ending.
+        First sentence, without its full stop, of the error for another ending.
     code : str
-        Code of that error.
+        Code of this error.
 
     Raises
     ------
@@ -141,12 +141,12 @@ def write_by_ending(
     return write_file(path, writers[path.suffix]())
 
 
-#: Identity of a file at one time: device, number, size and time of change.
+#: State of a file, which changes when the file does: device, inode, size, time of change in ns.
 Stamp = tuple[int, int, int, int]
 
 
 def stamps(path: Path) -> dict[Path, Stamp]:
-    """Return the stamp of a file, or of every file of a folder, by path.
+    """Return the state of a file, or of every file in a folder and its subfolders, by path.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def stamps(path: Path) -> dict[Path, Stamp]:
 
 
 def digest_of(files: list[Path]) -> str:
-    """Return the SHA-256 of the contents of regular files, one after the other."""
+    """Return the SHA-256, as hexadecimal text, of the joined contents of regular files."""
     digest = hashlib.sha256()
     for file in files:
         with opened_regular(file) as stream:
@@ -172,47 +172,47 @@ def digest_of(files: list[Path]) -> str:
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[list[Path]]:
-    """Yield a file, or the files of a folder, and check afterwards that none has changed.
+    """Yield a file, or the files of a folder, as a list; afterwards refuse it if a file changed.
 
     Raises
     ------
     OSError
         A file cannot be read.
     DataError
-        A file changed meanwhile.
+        A file changed within the context.
     """
     before = stamps(path)
     yield list(before)
     if stamps(path) != before:
         raise DataError(
-            f"{path} changed while it was read. Wait until the program that writes it has closed "
-            "it, or read a copy.",
+            f"{path} changed while it was read. Wait until the program that writes the file has "
+            "closed it, or read a copy.",
             code="log-file",
         )
 
 
-#: Words of messages on how a result is written to a file.
+#: Ways to write a result to a file, as a part of sentences.
 HOW_SAVED = "written with --json, or by save()"
 #: Instruction for a file that is not a result.
 GIVE_RESULT = f"Give the file of a result of identify, {HOW_SAVED}."
 #: Instruction for a file that was changed or cut off.
 WRITE_AGAIN = f"Identify again to get a result {HOW_SAVED}."
 
-_LARGEST = 64_000_000  # bytes; a result has some ten thousand
+_LARGEST = 64_000_000  # bytes; a typical result has some ten thousand
 
 
 def read_result(file: Path) -> bytes:
-    """Return the bytes of a file that has the size of a result.
+    """Return the bytes of a file that may be a result; its content is not checked here.
 
     Raises
     ------
     DataError
-        It cannot be read, is not a regular file, or is larger than 64 MB.
+        The file cannot be read, is not a regular file, or is larger than 64 MB.
     """
     try:
         with opened_regular(file) as stream:
             content = stream.read(_LARGEST + 1)
-    except (OSError, ValueError) as error:  # no name has a null
+    except (OSError, ValueError) as error:  # ValueError: a name with a null character
         why = getattr(error, "strerror", None) or error
         raise DataError(
             f"{file} cannot be read: {why}. {GIVE_RESULT}", code="result-file"
@@ -225,12 +225,12 @@ def read_result(file: Path) -> bytes:
 
 
 def json_text(document: Mapping[str, Any]) -> str:
-    """Return a result as JSON on several lines, with its `digest` if it has a schema.
+    """Return a document as JSON on several lines, with its `digest` if it has a schema.
 
     Raises
     ------
     EstimationError
-        A number in it is infinite or NaN.
+        A number in the document is infinite or NaN.
     """
     try:
         if "schema" in document:
@@ -240,24 +240,24 @@ def json_text(document: Mapping[str, Any]) -> str:
         place, value = next(_not_finite(document, ""))
         raise EstimationError(
             f"the result cannot be written as JSON, because {place} is {value}. A value exceeds "
-            "floating point. Check the equation of motion over the positions and speeds of the "
-            "record, and its units.",
+            "the range of floating-point numbers. Check the equation of motion over the positions "
+            "and speeds of the record, and the units of the record.",
             code="result-file",
         ) from error
 
 
 def digest(document: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of a document without its digest.
+    """Return the SHA-256, as hexadecimal text, of a document without its member ``digest``.
 
-    Numbers are written as floats, because other programs write 1.0 as 1.
+    All numbers are converted to floats, because other programs write 1.0 as 1.
     """
-    others = {name: value for name, value in document.items() if name != "digest"}
-    floats = json.loads(json.dumps(others), parse_int=float)
+    members = {name: value for name, value in document.items() if name != "digest"}
+    floats = json.loads(json.dumps(members), parse_int=float)
     return hashlib.sha256(json.dumps(floats, sort_keys=True).encode()).hexdigest()
 
 
 def is_unchanged(document: Mapping[str, Any]) -> bool:
-    """Return whether a document is unchanged since it was written; True if it has no digest."""
+    """Return True if a document is unchanged since it was written, or has no digest."""
     return "digest" not in document or document["digest"] == digest(document)
 
 
@@ -267,22 +267,30 @@ def toml_text(text: str) -> str:
 
 
 def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
-    """Yield the path and the value of each number that JSON cannot represent."""
+    """Yield the path and the value of each number in a document that JSON cannot represent.
+
+    `place` is the path of `value` in the document, such as ``estimates.0.sd``; empty for the
+    document itself.
+    """
     if isinstance(value, float) and not math.isfinite(value):
         yield place, value
-    items = enumerate(value) if isinstance(value, (list, tuple)) else ()
-    for key, inner in value.items() if isinstance(value, Mapping) else items:
-        yield from _not_finite(inner, f"{place}.{key}" if place else str(key))
+    members: Iterable[tuple[object, Any]] = ()
+    if isinstance(value, Mapping):
+        members = value.items()
+    elif isinstance(value, (list, tuple)):
+        members = enumerate(value)
+    for key, member in members:
+        yield from _not_finite(member, f"{place}.{key}" if place else str(key))
 
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as CSV; None is an empty cell.
+    """Return rows as CSV text; None is an empty cell.
 
-    A text that a spreadsheet would run as a formula gets an apostrophe before it, which
-    spreadsheets read as a mark of text. Serial numbers and names of logs can contain anything.
+    A text that a spreadsheet would run as a formula begins with an apostrophe, which marks it as
+    text. Serial numbers and names of logs can contain any characters.
     """
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(map(_as_text, row) for row in rows)
@@ -290,24 +298,26 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def _as_text(cell: object) -> object:
-    """Return a cell; a text that begins like a formula gets an apostrophe before it."""
+    """Return a cell; a text that begins like a formula, and is not a number, with an apostrophe."""
     if not isinstance(cell, str):
         return cell
-    begins_one = cell.startswith(_FORMULA)
+    is_formula = cell.startswith(_FORMULA)
     with suppress(ValueError):
         float(cell)
-        begins_one = False
-    # The writer quotes no carriage return, at which readers begin a row.
-    return "'" * begins_one + cell.replace("\r", "\n")
+        is_formula = False
+    # The CSV writer does not quote a carriage return, which readers take as the end of a row.
+    text = cell.replace("\r", "\n")
+    return f"'{text}" if is_formula else text
 
 
-_LOOKED_AT = 8192  # bytes at either end
+_LOOKED_AT = 8192  # bytes at the beginning and at the end of a file
 
 _SCHEMA = rb'\s*\{\s*"schema":\s*"axisid\.(?:%s)/\d'
 _EXPORTED = (
-    rb"\W{0,4}Feed-forward of the axis ",  # after what begins a comment
-    rb"# (?:Replaces the table \[parameters\]|Base parameters\. The axis is)",
-    rb"# (?:For the axis's declaration, in place|Base parameters: the axis is)",  # earlier versions
+    rb"\W{0,4}Feed-forward of the axis ",  # after the beginning of a comment
+    rb"# (?:This table replaces that of the same name|Base parameters\. The axis is)",
+    rb"# (?:Replaces the table \[parameters\]|For the axis's declaration, in place)",  # earlier
+    rb"# Base parameters: the axis is",  # earlier
     rb"axis,method,parameter,unit,value,sd_hac,",
     rb"% \w+: value and standard (?:error|deviation) \(",
     _SCHEMA % b"parameters",
@@ -343,9 +353,9 @@ _HOLDS = {
 
 
 def kinds_of(file: Path) -> set[str]:
-    """Return the kinds of output that a file may be; empty if no command wrote it.
+    """Return the kinds of output that a file may be; empty if no command wrote the file.
 
-    The kind of a command's own document is the name of the command.
+    The kind of the JSON document of a command is the name of the command.
 
     Parameters
     ----------
@@ -355,7 +365,7 @@ def kinds_of(file: Path) -> set[str]:
     Raises
     ------
     OSError
-        It cannot be read.
+        The file cannot be read.
     """
     with file.open("rb") as stream:
         ends = stream.read(_LOOKED_AT)

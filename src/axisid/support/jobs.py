@@ -1,9 +1,9 @@
-"""Many jobs on many workers: no job harms another, and an interrupt ends them all.
+"""Independent jobs in parallel: a failed job does not affect others, and an interrupt ends all.
 
-They run on any executor of `concurrent.futures`. Without one they run on threads, each of which has
-a worker process of its own. A pool of processes of the standard library breaks when one process
-dies, with all its remaining jobs. Here each process has one job at a time, so that it is known
-which job ended it.
+Jobs run on any executor of `concurrent.futures`, or by default on threads, each of which has one
+worker process. A process pool of the standard library fails with all its remaining jobs when one
+process dies. Here each process has one job at a time, so that the job that ended the process is
+known, and only this job fails.
 """
 
 import contextlib
@@ -28,10 +28,10 @@ from .progress import Progress
 Item = TypeVar("Item")
 Value = TypeVar("Value")
 
-_PATIENCE = 1.0  # s until a worker that was told to end is killed
-_ATTEMPTS = 2  # times that a job is begun if its worker is killed, once possibly for another reason
-_MOST_STILLBORN = 3  # workers in a row that end before they are ready
-_MOST_AHEAD = 1000  # items that an executor is given ahead of those that are done
+_PATIENCE = 1.0  # s until a worker whose pipe was closed is killed
+_ATTEMPTS = 2  # of a job whose worker is killed, because another process may be the cause
+_MOST_FAILED_STARTS = 3  # workers in a row that end before they are ready
+_MOST_AHEAD = 1000  # items that are submitted to an executor before the first is done
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,38 +61,40 @@ def run_jobs(
     progress: Progress | None = None,
     said: str = "at work",
 ) -> Generator[tuple[int, Value | Failure], None, None]:
-    """Yield the index of each item, and the value or failure of a function for it, as they end.
+    """Yield (index, outcome) of each item as soon as its job ends.
+
+    The outcome is the value of the function for the item, or a `Failure`.
 
     Parameters
     ----------
     function : callable
-        Takes an item; a function of a module, so that other processes can import it.
+        Function of an item, defined in a module, so that other processes can import it.
     items : iterable
     total : int
         Number of items.
     jobs : int
-        Number of processes, no more than items; 0 for this process itself, in which no time limit
-        applies and a job may end the program.
+        Number of processes; at most `total` are started. 0 for this process itself: the time limit
+        does not apply then, and a job may end the program.
     executor : Executor, optional
-        Any executor of `concurrent.futures` in place of processes, such as a
+        Any executor of `concurrent.futures`, used instead of processes, such as a
         `Client.get_executor()` of Dask. It is not shut down.
     limit : float, optional
         Seconds for one item; a process that takes longer is killed. Not applied by an executor.
     progress : callable, optional
-        Called with the number done, the total, and a text.
+        Called with the number of items done, the total, and a text.
     said : str
-        Description of the work, before the rate and the remaining time in that text.
+        Beginning of this text; rate and remaining time follow.
 
     Raises
     ------
     UsageError
-        No process can be started, usually because a script lacks ``if __name__ == "__main__":``; or
-        the executor is broken, as a pool of processes is when one of them dies.
+        No process can be started, usually because a script has no ``if __name__ == "__main__":``;
+        or the executor is broken, for instance a process pool of which one process died.
     """
     if executor is not None:
         made = _on_executor(partial(_attempt, function), items, executor)
     elif jobs == 0:
-        made = ((place, _attempt(function, item)) for place, item in enumerate(items))
+        made = ((index, _attempt(function, item)) for index, item in enumerate(items))
     else:
         made = _Processes(function, limit).outcomes(items, min(jobs, max(total, 1)))
     begin = monotonic()
@@ -104,11 +106,19 @@ def run_jobs(
 
 
 def pace(done: int, total: int, seconds: float) -> str:
-    """Return speed and remaining time as text: ``4.2 a second, 3 min left``."""
+    """Return rate and remaining time as text: ``4.2 a second, 3 min left``.
+
+    `done` of `total` items took `seconds`.
+    """
     rate = done / max(seconds, 1e-9)
     left = (total - done) / rate
-    far = f"{left / 3600:.1f} h" if left > 7200 else f"{left / 60:.0f} min"
-    return f"{rate:.3g} a second, {far if left > 120 else f'{left:.0f} s'} left"
+    if left > 7200:
+        remaining = f"{left / 3600:.1f} h"
+    elif left > 120:
+        remaining = f"{left / 60:.0f} min"
+    else:
+        remaining = f"{left:.0f} s"
+    return f"{rate:.3g} a second, {remaining} left"
 
 
 def _attempt(function: Callable[[Item], Value], item: Item) -> Value | Failure:
@@ -120,14 +130,17 @@ def _attempt(function: Callable[[Item], Value], item: Item) -> Value | Failure:
 
 
 def _failure_of(error: BaseException) -> Failure:
-    """Return an exception as a failure; Dask has its own exception for a killed worker."""
+    """Return the failure for an exception of a job.
+
+    ``KilledWorker`` is the exception of Dask for a worker that was killed.
+    """
     if type(error).__name__ == "KilledWorker":
         return Failure("killed", "its process was killed at every attempt")
     return Failure("error", " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split()))
 
 
 class _Worker:
-    """A worker process that was started afresh, not forked, and the pipe to it.
+    """A worker process, spawned and not forked, and the pipe to it.
 
     Parameters
     ----------
@@ -149,9 +162,9 @@ class _Worker:
         theirs.close()  # so that the pipe ends when the process does
 
     def end(self, patience: float) -> str:
-        """End the worker, and return how it ended: a signal, an exit code, or empty.
+        """End the worker; return the signal that ended it or its exit code, as text.
 
-        It is killed if it does not end by itself within `patience` seconds.
+        A worker that does not end within `patience` seconds is killed; the text is then empty.
         """
         self.pipe.close()
         self.process.join(patience)
@@ -163,7 +176,11 @@ class _Worker:
 
 
 def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
-    """Run jobs in a worker process until the program closes the pipe."""
+    """Run jobs in a worker process until the parent process closes the pipe.
+
+    The first message, None, reports that the worker is ready. Then each item that arrives is
+    answered by the value of `function` or a failure.
+    """
     threading.Thread(target=_end_with_parent, daemon=True).start()
     without_arithmetic_warnings()
     with contextlib.suppress(EOFError, OSError):
@@ -174,7 +191,7 @@ def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
                 pipe.send(made)
             except (EOFError, OSError):
                 raise
-            except Exception as error:  # it cannot be pickled
+            except Exception as error:  # the value cannot be pickled
                 pipe.send(_failure_of(error))
 
 
@@ -188,11 +205,14 @@ def _end_with_parent() -> None:
 
 @contextlib.contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Keep Ctrl-C, which a terminal sends to all processes, from those started meanwhile."""
+    """Block Ctrl-C in processes that are started within the context.
+
+    A terminal sends Ctrl-C to all processes; only the parent process handles it.
+    """
     if not hasattr(signal, "pthread_sigmask"):  # on Windows
         yield
         return
-    resource_tracker.ensure_running()  # which lets them through again as it starts
+    resource_tracker.ensure_running()  # before the block, which its start would undo
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -201,7 +221,7 @@ def _without_interrupts() -> Iterator[None]:
 
 
 class _Processes:
-    """Several threads with one worker process each; all end when no more outcomes are requested.
+    """Threads with one worker process each, which end when the outcomes are no longer requested.
 
     Parameters
     ----------
@@ -213,12 +233,12 @@ class _Processes:
 
     def __init__(self, function: Callable[[Any], Any], limit: float | None) -> None:
         self._function, self._limit = function, limit
-        self._workers: dict[int, _Worker] = {}  # by thread
-        self._starting = threading.Lock()  # while the environment and signals are others
+        self._workers: dict[int, _Worker] = {}  # by the identity of the thread
+        self._starting = threading.Lock()  # a start changes environment and signals of the process
         self._has_ended = False
 
     def outcomes(self, items: Iterable[Any], jobs: int) -> Generator[tuple[int, Any], None, None]:
-        """Yield index and outcome of each item, as they end, from `jobs` workers."""
+        """Yield (index, outcome) of each item as soon as its job ends, from `jobs` workers."""
         threads = ThreadPoolExecutor(jobs)
         try:
             yield from _on_executor(self._outcome, items, threads)
@@ -226,7 +246,7 @@ class _Processes:
             with self._starting:
                 self._has_ended = True
             for worker in [*self._workers.values()]:
-                worker.process.kill()  # its thread hears of it
+                worker.process.kill()  # the pipe breaks, and the thread of the worker ends
             raise
         finally:
             threads.shutdown()
@@ -236,7 +256,8 @@ class _Processes:
     def _outcome(self, item: Any) -> Any:
         """Return the value of an item from this thread's worker, or its failure.
 
-        If the worker is killed, the item is tried once more with a new worker.
+        If the worker is killed, the item is tried once more with a new worker. A worker that
+        exceeds the time limit is ended.
         """
         how = ""
         for _ in range(_ATTEMPTS):
@@ -246,9 +267,9 @@ class _Processes:
                 if worker.pipe.poll(self._limit):
                     return worker.pipe.recv()
             except (EOFError, OSError):
-                how = self._leave(_PATIENCE)
+                how = self._end_worker(_PATIENCE)
             else:
-                self._leave(0.0)
+                self._end_worker(0.0)
                 return Failure("time", f"it did not end within the time limit of {self._limit:g} s")
         return Failure("killed", f"its process was killed {_ATTEMPTS} times ({how})")
 
@@ -258,10 +279,10 @@ class _Processes:
         Raises
         ------
         UsageError
-            Workers end before they are ready.
+            Three workers in a row end before they are ready.
         """
         how = ""
-        for _ in range(_MOST_STILLBORN):
+        for _ in range(_MOST_FAILED_STARTS):
             with self._starting:
                 if self._has_ended:
                     raise CancelledError
@@ -269,52 +290,52 @@ class _Processes:
             try:
                 worker.pipe.recv()
             except (EOFError, OSError):
-                how = self._leave(_PATIENCE)
+                how = self._end_worker(_PATIENCE)
             else:
                 return worker
         raise UsageError(
-            f"the processes end before they begin to work ({how}). Their output on standard error "
-            'shows the reason. In a script, call this function under if __name__ == "__main__":, '
-            "because each process imports the script again.",
+            f"the worker processes end before they begin to work ({how}). Read the reason in their "
+            "output on standard error. In a script, call this function under if __name__ == "
+            '"__main__":, because each process imports the script again.',
             code="jobs",
         )
 
-    def _leave(self, patience: float) -> str:
-        """End this thread's worker, and return how it ended."""
+    def _end_worker(self, patience: float) -> str:
+        """End this thread's worker; return the signal or exit code as `_Worker.end` does."""
         return self._workers.pop(threading.get_ident()).end(patience)
 
 
 def _on_executor(
     work: Callable[[Any], Any], items: Iterable[Any], executor: Executor
 ) -> Generator[tuple[int, Any], None, None]:
-    """Yield index and outcome of each item, as they end, from an executor.
+    """Yield (index, outcome) of each item as soon as its job ends, from an executor.
 
-    At most 1000 items are submitted ahead of those that are done.
+    At most 1000 jobs are pending at a time, so that `items` may be long.
     """
-    places = enumerate(items)
+    numbered = enumerate(items)
     pending: dict[Future[Any], int] = {}
     done: SimpleQueue[Future[Any]] = SimpleQueue()
     try:
         while True:
-            for place, item in islice(places, _MOST_AHEAD - len(pending)):
+            for index, item in islice(numbered, _MOST_AHEAD - len(pending)):
                 future = executor.submit(work, item)
-                pending[future] = place
+                pending[future] = index
                 future.add_done_callback(done.put)
             if not pending:
                 break
             future = done.get()
-            place = pending.pop(future)
+            index = pending.pop(future)
             try:
                 made = future.result()
             except (BrokenExecutor, UsageError):
                 raise
             except Exception as error:
                 made = _failure_of(error)
-            yield place, made
+            yield index, made
     except BrokenExecutor as error:
         raise UsageError(
-            f"the executor is broken: {error}. Give another executor, or none: axisid's own "
-            "processes fail independently of each other.",
+            f"the executor is broken: {error}. Give another executor, or omit it to use axisid's "
+            "own processes, which fail independently of each other.",
             code="jobs",
         ) from error
     finally:

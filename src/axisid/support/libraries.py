@@ -1,4 +1,4 @@
-"""Libraries that axisid may lack, and their errors on one line."""
+"""Optional libraries, and their errors as messages on one line."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from .errors import AxisidError, DataError
 
 
 def library(name: str, extra: str, file: Path) -> ModuleType:
-    """Return an optional library, imported; if it is not installed, say how to install it.
+    """Import and return an optional library; refuse with the command that installs it.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
     Raises
     ------
     DataError
-        It is not installed.
+        The library is not installed.
     """
     from importlib import import_module
 
@@ -32,14 +32,17 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
         return import_module(name)
     except ImportError as error:
         raise DataError(
-            f"{file} needs the library {name.partition('.')[0]}, which is not installed. Run: "
-            f"pip install {name.partition('.')[0]} (or install axisid with the extra {extra})",
+            f"{file} needs the library {name.partition('.')[0]}, which is not installed. Install "
+            f"axisid with the extra {extra}, or run: pip install {name.partition('.')[0]}",
             code="missing-library",
         ) from error
 
 
 def one_line(error: Exception) -> str:
-    """Return the message of a third-party error on one line, shortened to 200 characters."""
+    """Return the message of a third-party error on one line of at most 200 characters.
+
+    An error without a message is named by its type.
+    """
     if isinstance(error, MemoryError):
         return "there is not enough memory for the content that it declares"
     plain = "".join(letter if letter.isprintable() else " " for letter in str(error))
@@ -48,10 +51,11 @@ def one_line(error: Exception) -> str:
 
 @contextmanager
 def refusing(damaged: str) -> Iterator[None]:
-    """Turn any error of a library that reads a file into a `DataError`.
+    """Convert any error of a library that reads a file into a `DataError`, within the context.
 
-    The message is `damaged`, a sentence, followed by that of the library. Damaged files raise
-    errors of all kinds: of zip, zlib, struct, memory, index and name.
+    The message is `damaged`, a sentence without its full stop, followed by the message of the
+    library. Libraries raise errors of all types for damaged files, from zip and zlib errors to
+    MemoryError, IndexError and NameError.
     """
     try:
         yield

@@ -1,7 +1,7 @@
-"""Limit of memory for reading a log: a small compressed file can unpack to any size.
+"""Memory limit for reading a log, because a small compressed file can unpack to any size.
 
-Memory is counted before it is used, so that a log that does not fit is refused with a message
-instead of ending the program, or slowing the whole machine down.
+Memory is counted before it is used, so that a log that does not fit is refused with a message.
+Otherwise it would end the program or slow down the whole machine.
 """
 
 import contextlib
@@ -16,16 +16,16 @@ from .settings import setting
 from .wording import quoted
 
 GIGABYTE = 1e9
-#: Instruction for a file that does not fit into memory, the beginning of a sentence.
+#: Instruction for a log that does not fit into memory, as the beginning of a sentence.
 SHORTER_FILES = "Split the log into shorter files, and identify them together as several records"
-_SHARE = 0.5  # of the machine's memory, which reads no log alone
-_UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell
-_LIMITS = (  # of a container
+_SHARE = 0.5  # of the machine's memory, which other programs use too
+_UNKNOWN = 8 * GIGABYTE  # assumed for a machine whose memory is not known
+_LIMITS = (  # files with the memory limit of a container
     Path("/sys/fs/cgroup/memory.max"),
     Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
 )
-_IDENTIFIED = 1200  # bytes for each sample of a record while it is identified
-_TEXT_BYTE, _TEXT_LINE = 2, 200  # bytes held for each byte and each line of a text, beside itself
+_IDENTIFIED = 1200  # bytes for each sample of a record during the identification
+_TEXT_BYTE, _TEXT_LINE = 2, 200  # bytes for each byte and each line of a text, in addition to it
 
 
 @dataclass(slots=True)
@@ -37,9 +37,9 @@ class Room:
     source : str
         The log, for messages.
     limit : float
-        Most bytes that may be used.
+        Largest number of bytes that may be used.
     given : bool
-        Whether the user set the limit.
+        True if the user set the limit.
     taken : float
         Bytes counted so far; memory that was released is not subtracted.
     """
@@ -51,7 +51,7 @@ class Room:
 
     @property
     def left(self) -> float:
-        """Bytes that may still be used."""
+        """Number of bytes that may still be used."""
         return self.limit - self.taken
 
     def take(self, amount: float) -> None:
@@ -60,7 +60,7 @@ class Room:
         Raises
         ------
         DataError
-            They exceed the limit.
+            The bytes exceed the limit.
         """
         self.check(amount)
         self.taken += amount
@@ -71,27 +71,30 @@ class Room:
         Raises
         ------
         DataError
-            They exceed the limit.
+            The bytes exceed the limit.
         """
         if amount > self.left:
             raise self._too_much(f"reading {self.source}", SHORTER_FILES)
 
     def check_samples(self, count: int) -> None:
-        """Refuse more samples than can be identified, which needs far more memory than reading.
+        """Refuse a number of samples that is too large to be identified.
+
+        An identification needs far more memory than reading. If the user set the limit, nothing is
+        refused here.
 
         Raises
         ------
         DataError
-            They exceed the limit, unless the user set it.
+            The identification would need more memory than the limit.
         """
         if not self.given and _IDENTIFIED * count > self.limit:
             raise self._too_much(f"identifying the {count} samples of {self.source}", _windows())
 
     def _too_much(self, what: str, less: str) -> DataError:
-        """Return the error that something needs too much memory; `less` is the instruction."""
-        whose = "the given limit" if self.given else "half of the machine's memory"
+        """Return the error that `what` needs too much memory; `less` is the instruction."""
+        limit = "the given limit" if self.given else "half of the machine's memory"
         return DataError(
-            f"{what} would need more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. "
+            f"{what} would need more than {self.limit / GIGABYTE:.3g} GB of memory, {limit}. "
             f"{less}, or raise the limit (max_memory = BYTES in run.toml).",
             code="memory",
         )
@@ -102,7 +105,7 @@ class Room:
         Raises
         ------
         DataError
-            It exceeds the limit.
+            The memory exceeds the limit.
         """
         self.take(_TEXT_BYTE * len(content) + _TEXT_LINE * max(map(content.count, (b"\n", b"\r"))))
 
@@ -126,20 +129,20 @@ def room_for(source: str | Path, max_memory: float | None) -> Room:
 
 
 def machine_memory() -> float:
-    """Return the bytes of memory that this process can have: the machine's or its container's."""
+    """Return the bytes of memory of the machine, or of its container if these are fewer."""
     found = [math.inf]
-    with contextlib.suppress(AttributeError, ValueError, OSError):  # not every system tells
+    with contextlib.suppress(AttributeError, ValueError, OSError):  # not known on every system
         found.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
     for file in _LIMITS:
-        with contextlib.suppress(OSError, ValueError):  # "max" where there is no limit
+        with contextlib.suppress(OSError, ValueError):  # the file has "max" if there is no limit
             found.append(float(file.read_text(encoding="ascii")))
     least = min(found)
     return least if 0 < least < math.inf else _UNKNOWN
 
 
 def _windows() -> str:
-    """Return the instruction for more samples than memory can hold."""
+    """Return the instruction for a record with too many samples, the beginning of a sentence."""
     return (
-        "Take only windows of the log, which form one regression with one verdict "
+        "Use only windows of the log, which form one regression with one verdict "
         f"({setting('windows', ('FROM..TO',))})"
     )

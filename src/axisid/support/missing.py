@@ -1,4 +1,4 @@
-"""Placeholders, with the reason, for quantities that are not known.
+"""Placeholders, with a reason, for quantities that could not be determined.
 
 This module is imported without NumPy.
 """
@@ -17,7 +17,7 @@ Further = ParamSpec("Further")
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """Placeholder, with the reason, for a quantity that could not be measured, drawn or computed.
+    """Placeholder, with a reason, for a quantity that could not be measured, drawn or computed.
 
     Attributes
     ----------
@@ -38,14 +38,14 @@ class Missing:
 def unless_missing(
     make: Callable[Concatenate[Found, Further], Made],
 ) -> Callable[Concatenate[Found | Missing, Further], Made | Missing]:
-    """Return a function that returns a missing first argument unchanged.
+    """Return a function that calls `make`, unless its first argument is `Missing`.
 
-    With any other first argument it calls the decorated function.
+    A first argument that is `Missing` is returned unchanged.
 
     Parameters
     ----------
     make : callable
-        The decorated function, called with what was found as its first argument.
+        The decorated function. Its first argument is a quantity that may be missing.
     """
 
     @wraps(make)

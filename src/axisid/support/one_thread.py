@@ -1,6 +1,6 @@
-"""Keep numerical libraries to one thread, and without warnings about arithmetic.
+"""Limit numerical libraries to one thread, and turn off warnings about arithmetic.
 
-Matrices here are tall and thin, for which several threads only wait for each other.
+The matrices of axisid are tall and thin. With several threads, each thread mostly waits for others.
 """
 
 import contextlib
@@ -37,9 +37,9 @@ def one_thread() -> list[str]:
 
 @contextlib.contextmanager
 def started_with_one_thread() -> Iterator[None]:
-    """Set linear algebra to one thread in the processes that are started meanwhile.
+    """Set linear algebra to one thread in processes that are started within the context.
 
-    Afterwards the environment of this process is as before.
+    Afterwards the environment of this process is restored.
     """
     added = one_thread()
     try:
@@ -65,9 +65,10 @@ _LIMIT_LOCK = threading.RLock()
 def in_one_thread(function: Callable[Given, Found]) -> Callable[Given, Found]:
     """Return a function that runs with linear algebra in one thread.
 
-    A number of threads that the environment states is kept. Threads that wait for each other cost
-    more than they save on tall and thin matrices: 300 QR factorisations of 3000 x 12 took 0.7 s in
-    one thread and 80 s in two on a busy machine.
+    A number of threads that is set in the environment is kept. If another thread of this process
+    has already set the limit, the function runs without setting it again. On tall and thin matrices
+    several threads cost more than they save: 300 QR factorisations of 3000 x 12 took 0.7 s in one
+    thread and 80 s in two on a busy machine.
     """
 
     @functools.wraps(function)

@@ -1,4 +1,4 @@
-"""The link from results, which hold data, to `axisid.presentation`, which shows them."""
+"""Base classes of results, whose methods call `axisid.presentation` to show the results."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 
 class Shown:
-    """Base of a result that has a view as text and in a notebook.
+    """Base of a result that can be shown as text and in a notebook.
 
-    `axisid.presentation` makes the view and is imported when it is needed. A result whose type it
-    does not know has a method `document`.
+    `axisid.presentation` makes these views; it is imported when a view is requested. A result of a
+    type that `axisid.presentation` does not know has a method `document`.
     """
 
     __slots__ = ()
@@ -31,12 +31,12 @@ class Shown:
 
 
 class Presentable(Shown):
-    """Base of a result that also has views as plain data, file, figure and dataframe."""
+    """Base of a result that is also available as plain data, file, figure and dataframe."""
 
     __slots__ = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the content of ``--json``: plain numbers, texts and lists."""
+        """Return the result as plain numbers, texts and lists, the content of ``--json``."""
         return dict(view_of("as_document", self))
 
     def save(self, file: "str | Path", **how: Any) -> "Path":
@@ -66,9 +66,9 @@ class Presentable(Shown):
         what : str
             Name of the figure, if the result has several.
         **how
-            ``method="idm-ls"``: the method, if there are several. ``record=2``: the record, if
-            there are several. ``ax``: Matplotlib axes to draw on, one per panel of the figure (a
-            single one for one panel). By default a new figure is made.
+            ``method="idm-ls"``: the method, if the result has several. ``record=2``: the record, if
+            the result has several. ``ax``: Matplotlib axes to draw on, a sequence with one for each
+            panel of the figure, or a single object for one panel; by default a new figure is made.
 
         Raises
         ------
@@ -83,18 +83,18 @@ class Presentable(Shown):
         Parameters
         ----------
         library : {"pandas", "polars"}, optional
-            By default the installed one, pandas first.
+            Library of the dataframe; by default pandas if it is installed, otherwise polars.
 
         Raises
         ------
         UsageError
-            The result has no table of numbers, or there is no such library.
+            The result has no table of numbers, or the library is unknown or not installed.
         """
         return view_of("as_frame", self, library=library)
 
 
 def view_of(view: str, result: object, *what: Any, **how: Any) -> Any:
-    """Return a view of a result, made by a function of `axisid.presentation.views`.
+    """Return the value of a function of `axisid.presentation.views` for a result.
 
     Parameters
     ----------

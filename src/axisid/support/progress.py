@@ -10,20 +10,21 @@ Progress: TypeAlias = Callable[[int, int, str], None]
 
 
 def with_progress(
-    items: Iterable[T], progress: Progress | None, said: Callable[[T], str]
+    items: Iterable[T], progress: Progress | None, text_of: Callable[[T], str]
 ) -> Iterator[T]:
-    """Yield items one by one; each is announced before it is yielded.
+    """Yield items one by one, and report each item to `progress` before it is yielded.
 
     Parameters
     ----------
     items : iterable
     progress : callable or None
-        Called with the number done, the total, and the text of the item.
-    said : callable
+        Called with the number of items done, the total, and the text of the item; None for no
+        report.
+    text_of : callable
         Returns the text of an item.
     """
-    listed = list(items)
-    for done, item in enumerate(listed):
+    every = list(items)
+    for done, item in enumerate(every):
         if progress is not None:
-            progress(done, len(listed), said(item))
+            progress(done, len(every), text_of(item))
         yield item

@@ -1,7 +1,8 @@
 """Settings in sentences, spelled as the user types them.
 
 A setting is an argument in Python, an option of the running command, or a key of a log's
-``run.toml``. Sentences are made with `setting`, so that no finished sentence is parsed.
+``run.toml``. `setting` gives the text of a setting while a sentence is made. Who runs the program
+(`settings_typed`, `settings_in_python`) decides the spelling.
 """
 
 import json
@@ -12,11 +13,12 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import TypeAlias
 
-#: Placeholders of numbers; a name in capitals, such as the mass M, is none.
+#: Placeholders of numbers, which are written without quotes. Other names in capitals, such as the
+#: mass M, are texts.
 _NUMBERS = ("VALUE", "V1", "V2", "SECONDS", "FACTOR", "HZ")
 _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?(e[+-]?\d+)?")
 
-#: Options of the command line that are functions of an axis in Python.
+#: Settings that are functions of an axis in Python, and options on the command line.
 _FUNCTIONS = ("fix", "leave_out")
 
 SettingValue: TypeAlias = str | bool | tuple[str, ...] | Mapping[str, str | tuple[str, ...]]
@@ -24,12 +26,12 @@ SettingValue: TypeAlias = str | bool | tuple[str, ...] | Mapping[str, str | tupl
 
 @dataclass(frozen=True, slots=True)
 class _Typed:
-    """Settings that the running command takes.
+    """Spelling of settings for the running command.
 
     Attributes
     ----------
     options : mapping of str to str
-        Its options by the argument in Python.
+        Options of the command by the argument in Python.
     keys : collection of str
         Keys of a ``run.toml``.
     """
@@ -38,12 +40,13 @@ class _Typed:
     keys: Collection[str]
 
 
+#: Spelling for the running command; None for arguments in Python.
 _TYPED: ContextVar[_Typed | None] = ContextVar("typed", default=None)
 
 
 @contextmanager
 def settings_typed(options: Mapping[str, str], keys: Collection[str]) -> Iterator[None]:
-    """Spell settings as options of a command and as keys of a ``run.toml``.
+    """Spell settings as options of a command and as keys of a ``run.toml``, within the context.
 
     Parameters
     ----------
@@ -58,14 +61,17 @@ def settings_typed(options: Mapping[str, str], keys: Collection[str]) -> Iterato
 
 @contextmanager
 def settings_in_python() -> Iterator[None]:
-    """Spell settings as arguments in Python, whatever runs: in files, and in other processes."""
+    """Spell settings as arguments in Python within the context, even while a command runs.
+
+    This is used for text in files and in other processes.
+    """
     with _spelled(None):
         yield
 
 
 @contextmanager
 def _spelled(typed: _Typed | None) -> Iterator[None]:
-    """Spell settings as a command takes them; None as arguments in Python."""
+    """Spell settings for a command within the context; None: as arguments in Python."""
     token = _TYPED.set(typed)
     try:
         yield
@@ -79,9 +85,10 @@ def setting(name: str, value: SettingValue) -> str:
     Parameters
     ----------
     name : str
-        As the argument in Python: ``skip_bad``.
+        Name of the argument in Python: ``skip_bad``.
     value : str, True, tuple of str, or mapping of str to str or tuple of str
-        A text in capitals stands for a value of the user's own.
+        Value of the setting. A text in capitals, such as ``VALUE``, is a placeholder for a value
+        that the user chooses.
 
     Returns
     -------
@@ -103,14 +110,15 @@ def setting(name: str, value: SettingValue) -> str:
 
 
 def all_methods() -> str:
-    """Return how a user asks for a result with all methods: an option, or a call in Python."""
+    """Return the text that prints a result with all methods: an option, or a call in Python."""
     return "summary(every=True)" if _TYPED.get() is None else "--all"
 
 
 def other_command(command: str, name: str, value: SettingValue) -> str:
-    """Return another command with one setting: ``axisid fit --output open-loop``.
+    """Return a command other than the running one, with one setting, as the user types it.
 
-    In Python it is the function of that name: ``axisid.fit(..., output="open-loop")``.
+    For a command this is ``axisid fit --output open-loop``; in Python it is a call of the function,
+    ``axisid.fit(..., output="open-loop")``.
     """
     if _TYPED.get() is None:
         return f"axisid.{command}(..., {name}={_as_python(value)})"
@@ -118,7 +126,7 @@ def other_command(command: str, name: str, value: SettingValue) -> str:
 
 
 def _as_option(value: SettingValue) -> str:
-    """Return a value as the argument of a command-line option."""
+    """Return a value as the argument of a command-line option; empty for a flag."""
     if isinstance(value, bool):
         return ""
     if isinstance(value, tuple):
@@ -149,7 +157,7 @@ def _as_python(value: SettingValue) -> str:
 
 
 def _as_literal(value: str | tuple[str, ...]) -> str:
-    """Return a text or a list of texts, as TOML and Python write it."""
+    """Return a text or a list of texts as a literal, which is the same in TOML and Python."""
     if isinstance(value, tuple):
         return f"[{', '.join(map(_quoted, value))}]"
     return _quoted(value)

@@ -11,7 +11,7 @@ from .libraries import library
 
 
 def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
-    """Return named arrays as the content of a NumPy archive."""
+    """Return named arrays as the bytes of a compressed NumPy archive (.npz)."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
     return buffer.getvalue()
@@ -20,13 +20,13 @@ def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
 def parquet_bytes(
     columns: Mapping[str, Any], units: Mapping[str, str], about: Mapping[str, str], file: Path
 ) -> bytes:
-    """Return columns as the content of a Parquet file.
+    """Return columns as the bytes of a Parquet file.
 
     Parameters
     ----------
     columns : mapping of str to array_like
     units : mapping of str to str
-        Units of the columns that have one, written as the metadata ``unit`` of the field.
+        Unit by column, written as the metadata ``unit`` of the field; columns may be missing.
     about : mapping of str to str
         Metadata of the schema, which describe the file.
     file : Path

@@ -1,4 +1,4 @@
-"""A number by which something is judged, with its unit and its source."""
+"""A threshold of a decision, with its unit and its source."""
 
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -8,18 +8,18 @@ Number = TypeVar("Number", int, float)
 
 @dataclass(frozen=True, slots=True)
 class Threshold(Generic[Number]):
-    """A number by which a check passes, a note is written, or a log or a program is refused.
+    """Threshold that decides whether a check passes, a note is written or an input is refused.
 
     Attributes
     ----------
     value : int or float
-        An int if something is counted.
+        An int for a count.
     unit : str
-        ``"1"`` for a ratio or a share; `meaning` then states of what.
+        ``"1"`` for a ratio or a share; `meaning` then names the reference quantity.
     meaning : str
-        What is judged by the number, as the end of a sentence.
+        Decision that depends on the value, as the end of a sentence.
     source : str
-        Where the number comes from: a key of the bibliography in brackets, ``"measured: ..."``,
+        Origin of the value: a key of the bibliography in brackets, ``"measured: ..."``,
         ``"derived: ..."``, ``"convention"``, or ``"chosen"`` if nothing more is known.
     """
 

@@ -262,7 +262,7 @@ def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
     assert cached_library(text_of("emps")) is None
     native = fresh().native
     assert native.library() is None
-    assert "others can write to it" in native.refusal
+    assert "other users can write to it" in native.refusal
 
 
 @pytest.mark.slow

@@ -92,7 +92,7 @@ def test_each_sample_may_have_parameters_of_its_own(
     monkeypatch.setattr(module, "_PART", 7)
     together = axis.evaluate("inverse_dynamics", *motion, sets)[0]
     assert together.tobytes() == np.concatenate(alone).tobytes()
-    with pytest.raises(UsageError, match="parameters has 19 values, not 20"):
+    with pytest.raises(UsageError, match=r"parameters has 19 values\. Give 20"):
         axis.evaluate("inverse_dynamics", *motion, sets[1:])
 
 

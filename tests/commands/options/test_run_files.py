@@ -84,18 +84,18 @@ def test_its_mistakes_are_listed_and_it_is_no_axis(refused: Refused, log: Path) 
     file = run_file(log, gapz="split", mask="clip")
     lines = refused("identify", "emps2015", file, code=3).splitlines()
     assert lines[0].endswith("run.toml has 2 mistakes:")
-    assert "gapz: there is no such key" in lines[1]
+    assert "gapz: the key is unknown" in lines[1]
     assert "Did you mean 'gaps'?" in lines[1]
     assert lines[2] == "  mask: there is no mask 'clip'. Choose from clipped."
     wrong = run_file(log, **{**SAID, "resample": 100.0})  # which the log alone tells
-    refused("identify", "emps2015", wrong, says="alias its noise", code=3)
+    refused("identify", "emps2015", wrong, says="alias the noise", code=3)
     refused("identify", file, "emps2015", says="is a log. Name the axis before")
     to_log = ("--json", log, "--force")
     refused("identify", "emps2015", run_file(log), *to_log, says="it is an input of this run")
 
 
 def test_a_list_of_axes_ends_before_it(refused: Refused, log: Path) -> None:
-    refused("compare", "--axes", "emps2015", run_file(log, **SAID), says="two axes or more")
+    refused("compare", "--axes", "emps2015", run_file(log, **SAID), says="two or more axes")
 
 
 @pytest.mark.slow
@@ -175,7 +175,7 @@ def test_identify_has_few_options_below_titles(run: Run) -> None:
 
 
 def test_a_key_that_is_taken_for_an_option_is_told(refused: Refused) -> None:
-    said = "the key sample_period of a log's run.toml, which axisid new --record"
+    said = "sample_period is a key of a log's run.toml. Write a run.toml with axisid new --record"
     refused("identify", "emps", "log.csv", "--sample-period", "1e-3", says=said)
 
 
@@ -242,7 +242,7 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
     [
         (["--resample", "fast"], 2, "resampling rate is 'fast'"),
         (["--resample", "-1"], 2, "resampling rate is -1.0"),
-        (["--resample", "100"], 2, "alias its noise"),
+        (["--resample", "100"], 2, "alias the noise"),
         (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
         (["--columns", "time=t,position=pos:inc,control=volts"], 2, "size of one count"),
         (["--gaps", "fill"], 2, "no repair of gaps 'fill'"),

@@ -95,7 +95,7 @@ FORWARD = (Move(0.1, 0.1, 2.0), Move(0.2, 0.2, 2.0), Move(-0.004, 0.05, 4.0))
         pytest.param(FORWARD, 20.0, "c", "f", None, "f", marks=pytest.mark.slow),
         (
             back_and_forth(speeds=(0.1,), acceleration=50.0, seconds=1.0, repeat=3),
-            *(0.0, "b", None, "there is one speed only", None),
+            *(0.0, "b", None, "the axis has one cruising speed only", None),
         ),
         pytest.param(
             back_and_forth(speeds=(0.005, 0.01, 0.02), acceleration=0.02, seconds=2.0),
@@ -136,7 +136,7 @@ def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
     kept = Prefilter(reversals="keep")
     (shown,) = (e for e in identify(axis, record, kept).diagnosis.excitation if e.name == "k")
     assert shown.alike == ("f",)
-    assert shown.lacking == ("the axis hardly leaves its place",)
+    assert shown.lacking == ("the axis hardly changes its position",)
 
 
 @pytest.mark.slow

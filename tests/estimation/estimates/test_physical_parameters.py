@@ -292,7 +292,7 @@ def sine_record() -> Record:
 def test_another_name_than_a_methods_is_told_with_those_that_there_are() -> None:
     result = identify(geared(Jm=(1e-4, 5e-6)), sine_record(), Prefilter(hold="raw"), "idm-ls")
     assert result.physical["IDM-LS"] is result.physical["idm-ls"]
-    with refuses("result", says="no 'm'. Choose from idm-ls"):
+    with refuses("result", says="'m'. Choose from idm-ls"):
         result.physical["m"]
     plain = identify(build(load_axis("emps2015")), sine_record(), Prefilter(hold="raw"), "idm-ls")
     with refuses("result"):

@@ -113,8 +113,8 @@ TEXT = "time,position\n" + "\n".join(f"{k},{k % 7}.5" for k in range(40)) + "\n"
         ("log.csv", b"\n<!DOCTYPE html><html></html>", "a page in HTML"),
         ("log.csv", b'<?xml version="1.0"?>', "an XML document"),
         ("log.csv", b'{"t": [1, 2]}', "a JSON document"),
-        ("log.mat", TEXT.encode(), r"text by its content.*ending \.csv"),
-        ("log.npz", TEXT.encode(), r"text by its content.*ending \.csv"),
+        ("log.mat", TEXT.encode(), r"text, according to its content.*ending \.csv"),
+        ("log.npz", TEXT.encode(), r"text, according to its content.*ending \.csv"),
         ("log.mf4", b"PAR1....", "a Parquet file"),
     ],
 )

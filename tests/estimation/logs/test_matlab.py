@@ -134,7 +134,7 @@ def opaque(name: str) -> bytes:
 def test_timeseries_of_version_7_is_explained_with_the_command(tmp_path: Path) -> None:
     file = tmp_path / "log.mat"
     file.write_bytes(opaque("pos"))
-    with refuses("columns", says=r"variables are pos\. pos is an object.*t = pos\.Time"):
+    with refuses("columns", says=r"the variables pos\. pos is an object.*t = pos\.Time"):
         read_record(file)
 
 

@@ -86,7 +86,7 @@ def test_topics_that_begin_apart_stay_apart(tmp_path: Path) -> None:
     commanded = [("/cmd", now, stamp + late, [0.0]) for _, now, stamp, _ in measured]
     file = bag_of(tmp_path, measured + commanded)
     columns = {"position": "meas.elbow.position", "reference": "cmd.elbow.position"}
-    with refuses("time", says="position and reference"):
+    with refuses("time", says="position and the reference"):
         read_record(file, columns=columns)
     record = read_record(file, columns=columns, repairs=Repairs(resample=1000.0))
     assert record.position == pytest.approx(Q[10:], abs=1e-9)
@@ -125,7 +125,9 @@ def test_messages_out_of_the_order_of_their_times_are_sorted_and_counted(tmp_pat
     record = stamped(tmp_path, swapped)
     assert record.time == pytest.approx(T, abs=1e-9)
     assert record.position[20:22] == pytest.approx(Q[[21, 20]])
-    told = "time of the messages' headers; 4 of 50 came after later ones and were sorted"
+    told = (
+        "time of the messages' headers; 4 of 50 messages came after later messages and were sorted"
+    )
     assert f"/js: {told}" in record.provenance.assumed
 
 

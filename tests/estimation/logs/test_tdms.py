@@ -33,7 +33,7 @@ def test_tdms_waveforms_keep_the_time_between_their_starts(tmp_path: Path) -> No
         u=(U, later),
         v=(U, {"wf_increment": 1e-3}),
     )
-    with refuses("time", says="position and control"):
+    with refuses("time", says="position and the control"):
         read_record(file, columns=NAMED)
     record = read_record(file, columns=NAMED, repairs=Repairs(resample=1000.0))
     assert record.position == pytest.approx(Q[10:], abs=1e-9)

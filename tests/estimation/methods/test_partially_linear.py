@@ -151,7 +151,7 @@ def test_everything_else_takes_such_an_axis(
 
 def test_search_needs_a_start(record: Record) -> None:
     blind = replace(stribeck_axis(), parameters=(m, b, c, s, Parameter("v", "m/s")))
-    with refuses("no-convergence", says="v enters nonlinearly, so its search needs a start"):
+    with refuses("no-convergence", says="not linear in v, so the search needs a start"):
         identify(blind, record, FILTER, "idm-ls")
 
 

@@ -143,9 +143,9 @@ def test_axes_that_cannot_be_compared_are_refused(twin: Record) -> None:
         ([], "0 candidates cannot be compared"),
         ([axis], "1 candidate cannot be compared"),
         ([axis, axis], "'one' is the same axis as 'one'"),
-        ([axis, another("two", Coordinate("x"), drive)], "the coordinate x in m, 'one' q in m"),
+        ([axis, another("two", Coordinate("x"), drive)], "coordinate x in m, but 'one' has q in m"),
         ([axis, another("two", Coordinate("q", "rad"), drive)], "the coordinate q in rad"),
-        ([axis, another("two", q, Drive(gain=1.0))], "different drives .gain 1.0 against 35.15"),
+        ([axis, another("two", q, Drive(gain=1.0))], "different drives .gain 1.0 and 35.15"),
         ([axis, replace(load_axis("emps2015"), name="one")], "two candidates are named 'one'"),
     ]
     for axes, message in cases:

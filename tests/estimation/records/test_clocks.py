@@ -92,7 +92,7 @@ def test_clock_that_was_set_back_is_told_and_counted() -> None:
     columns = log(stepped(-0.5))
     clock, gaps = read_record(columns, repairs=Repairs(gaps="split")).provenance.repairs
     assert (clock.kind, clock.count, gaps.kind, gaps.count) == ("clock", 1, "gaps", 1)
-    assert "first before data row 1201, from 1.199 s to 0.7 s" in clock.text
+    assert "before data row 1201, from 1.199 s to 0.7 s" in clock.text
     columns["position"][300:340] = np.nan
     columns["control"][::2] = np.nan
     both = read_record(columns, repairs=Repairs(gaps="split", resample="auto"))
@@ -160,7 +160,7 @@ def test_gaps_split_a_log_into_segments() -> None:
     (repair,) = record.provenance.repairs
     assert (repair.kind, repair.count) == ("gaps", 3)
     assert "0.038 s are missing" in repair.text
-    assert "2 rows in pieces of fewer than 3 left out" in repair.text
+    assert "2 rows in pieces of fewer than 3" in repair.text
     assert record.longest().segments == ()
     assert np.array_equal(record.longest().time, record.time[220:])
 

@@ -110,7 +110,7 @@ def test_columns_may_be_tables_and_name_signals_of_the_axis(tmp_path: Path) -> N
     assert read_record(scaled).position == pytest.approx(20 * TIME)
     slide = load_axis("balanced_slide")
     signal = slide.signals[0].name
-    with pytest.raises(RunFileError, match=rf"columns\.{signal}: there is no such key"):
+    with pytest.raises(RunFileError, match=rf"columns\.{signal}: the key is unknown"):
         read_record(run_file(log, columns={signal: "v"}))
     with pytest.raises(DataError) as refused:
         read_record(run_file(log, columns={signal: "nothing"}), slide)
@@ -172,8 +172,8 @@ def test_all_mistakes_are_told_at_once_each_with_its_key(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "log: it is missing"),
-        ('log = "run.toml"', "log: it is 'run.toml'"),
+        ("", "log: the path of the log is missing"),
+        ('log = "run.toml"', "log: the path of the log is 'run.toml'"),
         ("log = 3", "path of a log"),
         ("log = log.csv", "is not valid TOML"),
         ("columns = 1", r"table, as in \[columns\]"),

@@ -98,8 +98,8 @@ def test_part_of_a_sample_is_moved_where_the_log_is_resampled() -> None:
 @pytest.mark.parametrize(
     ("repairs", "code", "said"),
     [
-        ({"shift": {"time": 1}}, "shift", "'time'"),
-        ({"shift": {"torque": 1}}, "shift", "there is no such column"),
+        ({"shift": {"time": 1}}, "shift", "the time cannot"),
+        ({"shift": {"torque": 1}}, "shift", "there is no column of the torque"),
         ({"shift": {"control": "2mm"}}, "shift", "samples, such as 1, or a time"),
         ({"shift": {"control": float("nan")}}, "shift", "samples"),
         ({"shift": {"control": "1e-3"}}, "shift", ""),
@@ -108,7 +108,7 @@ def test_part_of_a_sample_is_moved_where_the_log_is_resampled() -> None:
         ({"shift": 3}, "shift", "samples by role"),
         ({"between": {"control": "linear"}}, "method", ""),
         ({"between": {"velocity": "cubic"}}, "method", ""),
-        ({"between": {"velocity": "linear"}}, "shift", "no such column"),
+        ({"between": {"velocity": "linear"}}, "shift", "no column of the velocity"),
     ],
 )
 def test_what_makes_no_sense_is_refused(repairs: Any, code: str, said: str) -> None:

@@ -272,7 +272,7 @@ def test_units_of_the_columns_do_not_matter(exponents: list[int]) -> None:
         ("not-shown", "cannot show b", lambda _, X: factor(X * [1, 0, 1], NAMES)),
         (
             "too-short",
-            r"3 rows are too few for 3 parameters; .*axisid fit.*fit\(axis, record\)",
+            r"3 rows are too few for 3 parameters\. .*axisid fit.*fit\(axis, record\)",
             lambda y, X: least_squares(y[:3], factor(X[:3], NAMES)),
         ),
         ("not-finite", "", lambda _, X: factor(X * [1, np.inf, 1], NAMES)),

@@ -104,7 +104,9 @@ def test_time_in_another_unit_is_asked_about_where_no_filter_serves(
     emps2015: GeneratedAxis, twin: Record, factor: float
 ) -> None:
     record = replace(twin, time=factor * twin.time, sample_period=None)
-    with refuses("too-short" if factor < 1 else "filter", says="[Cc]heck that time is in seconds"):
+    with refuses(
+        "too-short" if factor < 1 else "filter", says="[Cc]heck that the time is in seconds"
+    ):
         identify(emps2015, record, Prefilter(cutoff=60.0))
 
 

@@ -35,9 +35,9 @@ def strokes(*speeds: float, rest: int = 0) -> np.ndarray:
     [
         ((0.1, -0.1, 0.4, -0.4), ()),
         ((0.1, 0.4), ("sign",)),
-        ((0.3, -0.3), ("one speed",)),
-        ((0.3, 0.3), ("sign", "one speed")),
-        ((0.3, -0.31), ("one speed",)),
+        ((0.3, -0.3), ("one cruising speed",)),
+        ((0.3, 0.3), ("sign", "one cruising speed")),
+        ((0.3, -0.31), ("one cruising speed",)),
         ((0.3, -0.36), ()),
     ],
 )

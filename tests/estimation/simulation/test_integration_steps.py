@@ -191,17 +191,17 @@ def loaded(resistance: sympy.Expr) -> GeneratedAxis:
         (
             C / SPEED,
             0.0,
-            r"force has no finite value at rest at q = 0 rad with J = 2 kg m\^2, c = 3 N m; "
-            r"see the term c/.*dq\S*\. Write a term that is finite wherever",
+            r"force has no finite value at rest at q = 0 rad with J = 2 kg m\^2, c = 3 N m\. "
+            r"See the term c/.*dq\S*\. Write a term that is finite wherever",
         ),
-        (C * sympy.log(ANGLE), 0.0, r"no finite value .* see the term c\*log\(q\)\."),
+        (C * sympy.log(ANGLE), 0.0, r"no finite value .* See the term c\*log\(q\)\."),
         (C * sympy.sqrt(ANGLE - 1), 0.5, r"at q = 0\.5 rad .* c\*sqrt\(q - 1\)\."),
         (
             1e300 * C * sympy.exp(ANGLE),
             0.0,
             r"its force is 3e\+300 N m at rest at q = 0 rad with .*, beyond the range of any drive"
-            r"; "
-            r"see the term \S*c\*exp\(q\)\. Correct its factor, its units",
+            r"\. "
+            r"See the term \S*c\*exp\(q\)\. Correct its factor, its units",
         ),
         (C * sympy.exp(-900 * ANGLE), -0.5, r"its force is .* c\*exp\(-900\*q\)\."),
     ],

@@ -232,9 +232,9 @@ def test_a_twin_takes_its_signals_from_the_experiment() -> None:
         (None, "not given: pressure"),
         ({"pressure": np.zeros(50), "temperature": np.zeros(50)}, "not declared: temperature"),
         ({"pressure": np.zeros(49)}, r"\(49,\)"),
-        ({"pressure": np.r_[np.zeros(49), np.nan]}, "all finite"),
-        (["position"], "the signals are .*give arrays by name"),
-        (5, "the signals are 5; give arrays by name"),
+        ({"pressure": np.r_[np.zeros(49), np.nan]}, "not finite"),
+        (["position"], r"the signals are .*\. Give arrays by name"),
+        (5, r"the signals are 5\. Give arrays by name"),
     ],
 )
 def test_signals_that_do_not_fit_the_axis_are_refused(signals: Any, says: str) -> None:

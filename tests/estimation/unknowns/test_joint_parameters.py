@@ -50,9 +50,9 @@ def _bounded() -> GeneratedAxis:
 @pytest.mark.parametrize(
     ("axis", "known", "local", "said"),
     [
-        (generated, {"nothing": [0.0, 1.0]}, (), "no 'nothing' that could be known"),
+        (generated, {"nothing": [0.0, 1.0]}, (), "known values are given for 'nothing'"),
         (generated, {}, ("nothing",), "no parameter 'nothing'"),
-        (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
+        (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "'tau0' is local"),
         (_bounded, {"M": [90.0, (-90.0, 0.01)]}, ("tau0",), r"90, -90 \+- 0.01"),
         (leaning, {}, ("f0",), "enters nonlinearly"),
         (
@@ -170,7 +170,7 @@ def _with_rotor(axis: Axis) -> Axis:
 @pytest.mark.parametrize(
     ("made", "output", "says"),
     [
-        (_braked, "control", "is not proportional to it"),
+        (_braked, "control", "is not proportional to the gain"),
         (_with_rotor, "control", "a force without parameters"),
         (lambda axis: axis, "force", "force column"),
     ],

@@ -198,7 +198,11 @@ def test_axis_is_found_in_a_file_whatever_its_variable(tmp_path: Path) -> None:
         ("x = 1\n\n1/0\n", "axis-file", "ZeroDivisionError at line 3"),
         ("def f(:\n", "axis-file", "SyntaxError at line 1"),
         ("x = 1\n", "axis-file", "declares no axis"),
-        (AXIS_FILE + AXIS_FILE.replace("mine", "other"), "axis-file", "declares mine, other"),
+        (
+            AXIS_FILE + AXIS_FILE.replace("mine", "other"),
+            "axis-file",
+            "declares the axes mine, other",
+        ),
         (
             "from axisid import Parameter\n\nm = Parameter('if', 'kg')\n",
             "axis-file",

@@ -63,9 +63,12 @@ test_an_energy_of_something_else_is_refused_by_its_name = refused(
         ({"kinetic": HALF + b * X * DX / 2}, r"is not proportional to the square of the velocity"),
         (
             {"kinetic": HALF + b * X**2 / S / 2},
-            r"at rest is a potential energy, with the opposite sign",
+            r"at rest as a potential energy, with the opposite sign",
         ),
-        ({"kinetic": -HALF}, r"the inertia -m is negative with the nominal values.*its sign"),
+        (
+            {"kinetic": -HALF},
+            r"the inertia -m is negative with the nominal values.*the sign of the inertia",
+        ),
     ]
 )
 

@@ -83,6 +83,6 @@ test_what_cannot_be_left_out_is_refused = refused(
         ("parameters", "'z' to leave out", ("z",), {}),
         ("parameters", "m, b, c, s", ("m", "b", "c", "s"), {}),
         ("axis", "", ("m",), {}),
-        ("axis", "stands for 's' is 'much'", (), {"s": "much"}),
+        ("axis", "replaces 's' is 'much'", (), {"s": "much"}),
     ]
 )

@@ -93,7 +93,7 @@ test_what_is_wrong_with_signals_is_refused = refused(
             lambda: axis(drive=Drive(gain=1.0, scaled_by=pressure)),
         ),
         ("axis", "injected, pressure", lambda: axis(columns={"pressur": "p"})),
-        ("twin", "'flow'. The signals are press", lambda: moved(flow=1.0)),
+        ("twin", "'flow', which .* signals: press", lambda: moved(flow=1.0)),
         ("twin", "is q. Use only time", lambda: moved(pressure=q.symbol)),
         *(
             ("axis", "", lambda name=name: named(name))

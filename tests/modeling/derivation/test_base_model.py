@@ -56,7 +56,7 @@ def test_what_must_be_known_of_a_chain_of_masses_is_said_at_once() -> None:
     axis = rotor(inertia=inertia, parameters=(hub, m1, m2, m3, l1, l2, l3), name="chain")
     with within(1_000_000):
         (words,) = describe_undetermined(base_model(axis))
-    assert "if 6 of them" in words
+    assert "if 6 of these" in words
 
 
 def test_products_rounded_by_the_user_are_still_products() -> None:

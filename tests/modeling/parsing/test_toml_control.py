@@ -172,8 +172,8 @@ def test_constants_and_blocks_stand_in_a_law_of_ones_own(load: Load) -> None:
     ("old", "new", "says"),
     [
         ('"low_pass"', '"low_pas"', "there is no block 'low_pas'.*low_pass"),
-        ("time_constant = 2e-3, ", "", "time_constant: it is missing"),
-        ("time_constant", "tau", "there is no such key"),
+        ("time_constant = 2e-3, ", "", "time_constant: the key is missing"),
+        ("time_constant", "tau", "the key is unknown"),
         ("2e-3", "-2e-3", "time constant of a low-pass is.*0 or more"),
         ('"smooth", frequency', '"smoth", frequency', "the name smoth is not known"),
         (
@@ -195,7 +195,7 @@ def test_mistakes_of_blocks_are_told_with_their_place(
     ("old", "new", "says"),
     [
         ("tn = 0.03", "tn = -1", "control.tn: .*Give a positive number"),
-        ("kp = 40.0", 'kp = "high"', "control.kp: it is 'high'. Give a number"),
+        ("kp = 40.0", 'kp = "high"', "control.kp: the value is 'high'. Give a number"),
     ],
 )
 def test_what_follows_from_a_mistake_is_no_other_one(

@@ -98,10 +98,10 @@ def test_formulas_are_read_with_the_motion_of_the_axis(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ('kind = "voltage_driv", kt = 1', "voltage_drive"),
-        ('kind = "voltage_drive", kt = 1', "drive.resistance: it is missing"),
+        ('kind = "voltage_drive", kt = 1', "drive.resistance: the key is missing"),
         (
             'kind = "voltage_drive", kt = 1, resistance = 1, gear = 3',
-            "drive.gear: there is no such",
+            "drive.gear: the key is unknown",
         ),
         (
             'kind = "voltage_drive", kt = 1, resistance = 1, gain = 3',
@@ -111,8 +111,8 @@ def test_formulas_are_read_with_the_motion_of_the_axis(tmp_path: Path) -> None:
         ('kind = "voltage_drive", kt = "x", resistance = 1', "kt"),
         ('force = "control - heat"', "drive.force"),
         ('force = "control**3"', "inverse"),
-        ('force = "control", ratio = 3', "drive.ratio: there is no such key"),
-        ("gain = 2.0, ratio = 3", "drive.ratio: there is no such key"),
+        ('force = "control", ratio = 3', "drive.ratio: the key is unknown"),
+        ("gain = 2.0, ratio = 3", "drive.ratio: the key is unknown"),
     ],
 )
 def test_mistakes_are_told_with_their_place(tmp_path: Path, text: str, said: str) -> None:

@@ -395,9 +395,9 @@ def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
 @pytest.mark.parametrize(
     ("name", "how", "says"),
     [
-        ("result.txt", {}, "give a name that ends in .json"),
-        (3, {}, "give a name that ends in .json"),
-        ("result.json", {"full": True}, "no argument 'full'; .* it takes draws"),
+        ("result.txt", {}, "name that ends in .json"),
+        (3, {}, "name that ends in .json"),
+        ("result.json", {"full": True}, "no argument 'full'.* draws"),
     ],
 )
 def test_other_names_and_what_no_result_is_saved_by_are_refused(

@@ -163,7 +163,7 @@ def test_a_fit_and_its_file_say_what_is_known_of_each_record(
         (3, ("--local", "M,M"), "'M' twice"),
         (3, ("--local", ","), "an empty name"),
         (3, ("--known", "m_add=0,1", "--fix", "M=1"), "--known M=1.0,1.0"),
-        (2, ("--local", "tau0"), "there is 1 record. Give several"),
+        (2, ("--local", "tau0"), "only one record. Give several"),
     ],
 )
 def test_options_of_several_have_errors_with_their_place(
@@ -203,7 +203,7 @@ def test_candidates_are_compared_with_what_is_known_and_local(
     arguments = ["compare", first, bad, second, "--ladder", axis, "--skip-bad", "--json", str(out)]
     told = _run(*arguments, "--known", "m_add=0,7,20+-0.01", "--local", "tau0")
     assert not told.startswith("failed"), told
-    for said in ("m_add = 20 +- 0.01 kg", "drive_gain", "tau0_2", "set aside  1 record"):
+    for said in ("m_add = 20 +- 0.01 kg", "drive_gain", "tau0_2", "not used   1 record"):
         assert said in told
     written = json.loads(out.read_text())
     assert written["known"]["m_add"][1] == {"value": 20.0, "sd": 0.01}

@@ -37,7 +37,7 @@ def delay(*remedies: Finding, **others: Any) -> ForceDelay:
     [
         (
             delay(delay=0.52, apart=0.02, is_aligned=True),
-            ["0.52 +- 0.02 samples after", "hold zoh supposes 0.5 samples after", "of 0.02"],
+            ["0.52 +- 0.02 samples after", "hold zoh implies 0.5 samples after", "of 0.02"],
         ),
         (
             delay(by_instruments=False, delay=-0.5, apart=-1.0),
@@ -70,7 +70,7 @@ def delay(*remedies: Finding, **others: Any) -> ForceDelay:
         ),
         (
             delay(DeclaredTooLong(declared=1e-3, excess=1e-3, is_at_least=False, remaining=0.0)),
-            ["0.001 s too long", "Declare none"],
+            ["0.001 s too long", "Declare no delay"],
         ),
     ],
 )

@@ -86,7 +86,7 @@ def moved_zero(control: float | None, *, exceeds_limit: bool = False) -> MovedZe
         ),
         (
             OtherPeriod(period=1e-5, law_period=1e-3, kept=None, is_given=False),
-            ["a clock of its own", "sample_period=0.00001"],
+            ["its own clock", "sample_period=0.00001"],
         ),
         (
             OtherPeriod(period=2e-3, law_period=1e-3, kept=2, is_given=True),

@@ -89,7 +89,7 @@ ERRORS = (RelativeError(name="Fv", percent=41.0), RelativeError(name="Fc", perce
             ShownParameters(outputs=("control",), unseen=(UnseenDirection(parameters=("Fb",)),)),
             ["Fb at all"],
         ),
-        (ShownParameters(outputs=("control",), unseen=()), ["control shows every"]),
+        (ShownParameters(outputs=("control",), unseen=()), ["control determines every"]),
         (
             FitPrecision(
                 largest_percent=2.5, has_others=True, negligible=ERRORS[:1], unidentified=ERRORS[1:]

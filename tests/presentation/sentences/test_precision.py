@@ -81,14 +81,17 @@ def beyond(advice: str, **others: object) -> BeyondBounds:
         (precision(), ["every parameter", "3.25 %"]),
         (precision(negligible=BOTH[:1]), ["m cannot", "41 %", "1 % of the force", "Every other"]),
         (precision(negligible=BOTH), ["m and k cannot", "41 % and infinite"]),
-        (precision(VAGUE), ["m is not", "41 %", "repeats that of b and c", "fix(axis, m=VALUE)"]),
+        (
+            precision(VAGUE),
+            ["m is not", "41 %", "collinear with that of b and c", "fix(axis, m=VALUE)"],
+        ),
         (
             precision(replace(VAGUE, parameters=BOTH, lacking=("one speed",))),
-            ["m and k are not", "41 % and infinite", "repeat those of b and c: one speed"],
+            ["m and k are not", "41 % and infinite", "collinear with those of b and c: one speed"],
         ),
-        (precision(replace(VAGUE, reason="few rows", rows=4.0)), ["few rows (equivalent to 4)"]),
+        (precision(replace(VAGUE, reason="few rows", rows=4.0)), ["few rows (equivalent to 4 "]),
         (precision(replace(VAGUE, reason="cancelled")), ["cancel its part"]),
-        (precision(replace(VAGUE, reason="below residual")), ["below the residual"]),
+        (precision(replace(VAGUE, reason="below residual")), ["smaller than the residual"]),
         (WithinBounds(parameters=("m", "k")), ["m and k"]),
         (
             beyond("signs, units and gain"),
@@ -111,7 +114,7 @@ def beyond(advice: str, **others: object) -> BeyondBounds:
                 distance=6.0,
                 advice="signs, units and model",
             ),
-            ["no room", "6 standard errors", "signs and units"],
+            ["no width", "6 standard errors", "signs and units"],
         ),
         (
             FixedAtBounds(parameters=(HELD,), distance=6.0, advice="rests", rest=REST),

@@ -82,7 +82,7 @@ def test_a_file_reads_back_as_what_was_written(tmp_path: Path) -> None:
     assert earlier.summary() == live.summary()
     with refuses("result"):
         saved.of("idm-iv", "mass")
-    with refuses("figure", says="no rows, samples or runs, which the figure 'coverage' needs"):
+    with refuses("figure", says="the figure 'coverage' needs rows, samples or runs"):
         saved.plot("coverage")
     with refuses("trend"):
         trend(file)

@@ -30,10 +30,10 @@ from .outputs import progress_line
 
 Value = TypeVar("Value")
 
-#: Of the option ``--bootstrap``.
+#: Arguments of `click.option` for ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
-    "help": "Estimate bias and standard errors with N simulated replicas of the records, which "
-    "have the measured noise. 0 for none, otherwise at least 8.",
+    "help": "Number of simulated replicas of the records, which give the bias and the standard "
+    "errors. The replicas have the measured noise. 0 for none, otherwise at least 8.",
     "default": 32,
     "type": click.IntRange(0, 100_000),
     "metavar": "N",
@@ -58,16 +58,16 @@ method_option = click.option(
     default=("all",),
     show_default="all",
     callback=reading(one_or_all),
-    help="Estimator. ls: least squares. iv: instrumental variables. idm, ddm: inverse or direct "
-    "dynamic model. didim: output error of the force from the simulated closed loop, which needs "
-    "the exact control law. all: every method that axis and record allow; the output names the "
-    "other methods with the reason. Can be repeated.",
+    help="Estimator. idm: inverse dynamic model. ddm: direct dynamic model. ls: least squares. iv: "
+    "instrumental variables. didim: output error of the force; it simulates the closed loop and "
+    "needs the exact control law. all: every method that the axis and the record allow; for each "
+    "other method the output gives the reason. Can be repeated.",
 )
 bounded_option = click.option(
     "--bounded",
     is_flag=True,
-    help="Fix a parameter at its declared bound if the estimate is beyond it. Without this option "
-    "the estimate is reported and a check fails.",
+    help="Fix a parameter at its declared bound if its estimate is beyond the bound. Without this "
+    "option the estimate is reported and a check fails.",
 )
 loss_option = click.option(
     "--loss",
@@ -81,8 +81,9 @@ leave_out_option = click.option(
     "left_out",
     multiple=True,
     metavar="NAME",
-    help="Do not identify this parameter. It is held at 0, or at its nominal value if the model "
-    "is nonlinear in it; --fix, if the command has it, gives another value. Can be repeated.",
+    help="Do not identify this parameter. Its value is 0, or the nominal value if the model is "
+    "nonlinear in the parameter. In a command with --fix, use --fix for another value. Can be "
+    "repeated.",
 )
 bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -97,36 +98,37 @@ VALUE = rf"(?:\s*(\w+)\s*=)?\s*({_NUMBER})\s*(%)?"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Filtering(Options):
-    """Settings of the filter that the command line gives."""
+    """Options of the prefilter; None for an option that is not given."""
 
     cutoff: float | None = option(
-        "Cut-off frequency of the Butterworth low-pass.  [default: 60, or a fifth of the log's "
+        "Cut-off frequency of the Butterworth low-pass, Hz.  [default: 60, or a fifth of the log's "
         "sampling rate if that is less]",
         type=float,
         metavar="HZ",
     )
     decimate: int | None = option(
-        "Decimation: keep one row in N.  [default: 10, or a larger N if the cut-off needs it]",
+        "Decimation: keep every Nth row.  [default: 10, or a larger N if the cut-off needs it]",
         type=int,
         metavar="N",
     )
     hold: str | None = option(
-        "Force paired with a sample of the motion. zoh: mean of the forces held before and after "
-        "the sample. raw: the force held after it.  [default: zoh for a control that the drive "
-        "holds, otherwise raw]",
+        "Force that is paired with a sample of the motion. zoh: mean of the force before and the "
+        "force after the sample. raw: force after the sample.  [default: zoh if the drive holds "
+        "the control between samples, otherwise raw]",
         type=click.Choice(["raw", "zoh"]),
     )
     reversals: str | None = option(
         "Keep or leave out samples near a velocity reversal or standstill, where the low-pass "
-        "smooths the step of friction.  [default: leave-out for axes with friction, unless "
-        "the other samples hardly determine a parameter]",
+        "smooths the step of friction.  [default: leave-out for an axis with friction, unless the "
+        "other samples contain too little information on a parameter]",
         type=click.Choice(["keep", "leave-out"]),
     )
 
     def prefilter(self, period: float | None = None) -> "stages.Prefilter":
-        """Return the filter; settings that are not given follow from the sampling period, if known.
+        """Return the filter with the given settings.
 
-        `period` is in s; without it they remain open.
+        Settings that are not given follow from `period`, the sampling period in s. If it is None,
+        they remain open until the filter is used for a record.
         """
         given = {name: value for name, value in self.arguments().items() if value is not None}
         if period is None:
@@ -218,45 +220,49 @@ class Fitting(Options):
         type=click.Choice([*LOSSES]),
     )
     start: str = option(
-        "Start of the search. The nominal values are used instead if their residual is smaller.",
+        "Start of the search: estimate by instrumental variables, estimate by least squares, or "
+        "nominal values. The nominal values are used instead of an estimate if their residual is "
+        "smaller.",
         FIT_STARTS[0],
         type=click.Choice(FIT_STARTS),
     )
     starts: int = option(
-        "Number of searches. The further ones start at random values near the start; the search "
-        "with the lowest loss counts.",
+        "Number of searches. The first search begins at the start, the others at random values "
+        "near the start. The search with the lowest loss gives the result.",
         1,
         type=click.IntRange(1, 1000),
         metavar="N",
     )
     bootstrap: int = option("", **BOOTSTRAP)
     horizon: float | None = option(
-        "Length of the windows of an open-loop fit, s.  [default: 1, or as the motion allows]",
+        "Length of the windows of an open-loop fit, s.  [default: 1, halved until there are 20 "
+        "windows and the errors do not grow within a window]",
         type=click.FloatRange(0.0, min_open=True),
         metavar="S",
     )
     rests: str = option(
         "Keep or leave out samples near standstill and velocity reversals of the record or the "
-        "simulated loop. They are always kept if the other samples show too little, and in an "
-        "open-loop fit.",
+        "simulated loop. These samples are always kept in an open-loop fit, and if the other "
+        "samples do not show every parameter.",
         RESTS[0],
         type=click.Choice(RESTS),
     )
     bounds: dict[str, tuple[float | None, float | None]] = option(
-        "Bounds of a parameter, SI, within the declared bounds. Can be repeated.",
+        "Lower and upper bound of a parameter, SI, in addition to the declared bounds. Can be "
+        "repeated.",
         name="bound",
         read=by_names(
             _BOUND,
-            "is not a bound. Write NAME=LOW..HIGH in SI units; one of the two can be omitted, as "
-            "in Fv=0..",
+            "is not a bound. Write NAME=LOW..HIGH in SI units. Either LOW or HIGH can be omitted, "
+            "as in Fv=0..",
             lambda low, high: (float(low) if low else None, float(high) if high else None),
         ),
         multiple=True,
         metavar="NAME=LOW..HIGH",
     )
     prior: dict[str, tuple[float, float]] = option(
-        "Prior value of a parameter with its standard deviation, SI. The fit weighs it against the "
-        "record. Can be repeated.",
+        "Prior value of a parameter with its standard deviation, SI. The fit weighs the prior "
+        "against the record. Can be repeated.",
         read=by_names(
             _PRIOR,
             "has no standard deviation. Write NAME=VALUE+-SD, or --fix NAME=VALUE if the value is "
@@ -267,9 +273,9 @@ class Fitting(Options):
         metavar="NAME=VALUE+-SD",
     )
     free: tuple[str, ...] = option(
-        "Further unknowns that are fitted with the parameters: gains of the control law, the "
-        "drive's gain, lag or delay, or the initial state of the loops (start_position, "
-        "start_velocity, or start for both).",
+        "Further unknowns that are fitted together with the parameters: a gain of the control law "
+        "by its name; gain, lag or delay of the drive; start_position or start_velocity, the "
+        "initial state of each loop, or start for both. Can be repeated.",
         read=lambda texts: names_in(",".join(texts)),
         multiple=True,
         metavar="NAME[,NAME]",
@@ -282,7 +288,7 @@ def is_log(file: str) -> bool:
 
 
 def _roles(text: str | None) -> dict[str, str]:
-    """Return columns by role from a text such as ``time=t,position=qm:mm``."""
+    """Return the columns by role in a text such as ``time=t,position=qm:mm``; empty for None."""
     found: dict[str, str] = {}
     for pair in next(csv.reader([text], skipinitialspace=True)) if text else ():
         role, equals, column = (part.strip() for part in pair.partition("="))
@@ -297,7 +303,7 @@ def _roles(text: str | None) -> dict[str, str]:
 
 
 def _rate(text: str | None) -> float | str | None:
-    """Return the rate in Hz if the text is a number, otherwise the text."""
+    """Return the rate in Hz if the text is a number; otherwise the text, such as ``auto``."""
     try:
         return None if text is None else float(text)
     except ValueError:
@@ -306,7 +312,7 @@ def _rate(text: str | None) -> float | str | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading(Options):
-    """Settings of a log that the command line gives."""
+    """Options that describe a log."""
 
     columns: dict[str, str] = option(key="columns", read=_roles)
     windows: tuple[str, ...] = option(key="windows", multiple=True)
@@ -318,10 +324,10 @@ class Reading(Options):
         return stages.read_record(file, axis, **self.settings())
 
     def settings(self) -> dict[str, Any]:
-        """Return the arguments of `read_record`."""
-        said = self.arguments()
-        repairs = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
-        return {**said, "repairs": stages.Repairs(**repairs)}
+        """Return the options as arguments of `read_record`."""
+        given = self.arguments()
+        repairs = {key: given.pop(key) for key in [*given] if LOG_KEYS[key].is_repair}
+        return {**given, "repairs": stages.Repairs(**repairs)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -335,7 +341,7 @@ class Inputs:
     axis : GeneratedAxis
     records : tuple of Record
     used : tuple of int
-        Index of each record among the given logs.
+        For each record, the index of its log on the command line, from 0.
     set_aside : mapping of str to str
         Logs that could not be read and are skipped, with the reason.
     shared : mapping
@@ -355,7 +361,9 @@ class Inputs:
 
 
 def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...]]:
-    """Return values with standard deviations by record, from texts like ``m_add=0,20+-0.01``.
+    """Return (value, standard deviation) of each record by name, from ``m_add=0,20+-0.01``.
+
+    The standard deviation is 0 if the text has none.
 
     Raises
     ------
@@ -365,16 +373,14 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
     found: dict[str, tuple[tuple[float, float], ...]] = {}
     for text in texts:
         match = _KNOWN.fullmatch(text)
-        entries = [_ENTRY.fullmatch(part) for part in match[2].split(",")] if match else [None]
+        entries = [_ENTRY.fullmatch(part) for part in match[2].split(",")] if match else []
         if match is None or not all(entries):
-            wrong = next(
-                (f": value number {i} is not a number" for i, e in enumerate(entries, 1) if not e),
-                "",
-            )
+            wrong = [i for i, entry in enumerate(entries, 1) if entry is None]
+            detail = f": value number {wrong[0]} is not a number" if wrong else ""
             raise UsageError(
-                f"{text!r} does not give one value per record{wrong * (match is not None)}. Write "
-                "NAME=V1,V2,... in SI units, one value for each record in the order of the "
-                "records, with +-SD if it has a standard deviation: m_add=0,20+-0.01.",
+                f"{text!r} does not give one value per record{detail}. Write NAME=V1,V2,... in SI "
+                "units, one value for each record in the order of the records. Add +-SD to a value "
+                "with a standard deviation: m_add=0,20+-0.01.",
                 code="parameters",
             )
         found[match[1]] = tuple((float(e[1]), float(e[2] or 0.0)) for e in entries if e)
@@ -386,20 +392,21 @@ class Sharing(Options):
     """Settings of several records: local parameters, known values, records to skip."""
 
     local: tuple[str, ...] = option(
-        "Parameters that have a separate value for each record; needs at least two records.",
+        "Parameters that have a separate value for each record. At least two records are needed.",
         read=names_in,
         metavar="NAME[,NAME]",
     )
     known: Mapping[str, tuple[tuple[float, float], ...]] = option(
-        "Known value for each record, SI, in the order of the records: of a parameter (a payload, "
-        "an angle, a temperature) or a gain of the control law. Can be repeated.",
+        "Known values of a parameter (a payload, an angle, a temperature) or of a gain of the "
+        "control law, SI: one value for each record in the order of the records. Add +-SD, the "
+        "standard deviation, to an uncertain value. Can be repeated.",
         read=read_known,
         multiple=True,
         metavar="NAME=V1,V2+-SD,...",
     )
     skip_bad: bool = option(
-        "Skip records that cannot be used; the output counts and names them. Has no effect with "
-        "one record.",
+        "Skip records that cannot be used. The output counts and names the skipped records. The "
+        "option has no effect with one record.",
         False,
     )
 
@@ -414,7 +421,7 @@ def axis_and_records(
     fixed: tuple[str, ...] = (),
     left_out: tuple[str, ...] = (),
 ) -> Inputs:
-    """Return an axis with its records; without logs, with the record of its twin.
+    """Return an axis with the records of its logs; without logs, with the record of its twin.
 
     Parameters
     ----------
@@ -427,7 +434,7 @@ def axis_and_records(
     sharing : Sharing
         Settings of several records.
     further : sequence of str
-        Other logs that `reading` describes.
+        Logs for validation, which `reading` describes too.
     fixed, left_out : tuple of str
         Values of ``--fix`` and ``--leave-out``.
 
@@ -461,7 +468,7 @@ def axis_and_records(
                     f"{' and '.join(given)} {describes} a record, but no record is given. Name its "
                     "file."
                 )
-            # The twin has every term, whatever parameters are identified.
+            # The twin has every parameter, also those that are not identified.
             found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
     stages.known_of(sharing.known, max(len(logs), 1))
     records, used = tuple(found.values()), tuple(found)

@@ -1,7 +1,7 @@
-"""Groups of options: a frozen dataclass, whose fields are options of the command line.
+"""Groups of options: frozen dataclasses whose fields are options of the command line.
 
-A field states once the option's name, help, default, type and reader. A command with the group
-receives one object. Options without effect are refused, because the user expected an effect. Shells
+A field states the option's name, help, default, type and reader in one place. A command receives a
+group as one object. Options without effect are refused, because the user expected an effect. Shells
 complete commands, axes and files.
 """
 
@@ -21,7 +21,7 @@ from axisid.support.settings import settings_typed
 
 
 def option(
-    said: str = "",
+    text: str = "",
     default: Any = None,
     *,
     key: str = "",
@@ -33,7 +33,7 @@ def option(
 
     Parameters
     ----------
-    said : str
+    text : str
         Help of the option.
     default : optional
         Default value, shown in the help if given; True or False make a flag.
@@ -42,13 +42,13 @@ def option(
     name : str
         Name without dashes, if it differs from the name of the field.
     read : callable, optional
-        Makes the value of the field from the value of the option.
+        Returns the value of the field for the value of the option.
     **how
         Further arguments of `click.option`, such as its type.
     """
     if key:
         row = LOG_KEYS[key]
-        said, name, how = row.said, row.option, {"metavar": row.metavar, **how}
+        text, name, how = row.said, row.option, {"metavar": row.metavar, **how}
     if read is not None:
         how["callback"] = reading(read)
     shown = (
@@ -56,13 +56,17 @@ def option(
     )
     return field(
         default=default,
-        metadata={"name": name, "option": {"help": said, "default": default, **shown, **how}},
+        metadata={"name": name, "option": {"help": text, "default": default, **shown, **how}},
     )
 
 
 def reading(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
-    """Return the callback of an option whose text is read, except while a shell completes."""
-    return lambda ctx, _, value: value if ctx.resilient_parsing else read(value)
+    """Return the callback of an option: it reads the text, except while a shell completes."""
+
+    def callback(ctx: click.Context, _: click.Parameter, value: Any) -> Any:
+        return value if ctx.resilient_parsing else read(value)
+
+    return callback
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +75,7 @@ class Options:
 
     @classmethod
     def names(cls) -> dict[str, str]:
-        """Return the options, such as ``--skip-bad``, by the name of their field."""
+        """Return the spelling of each option, such as ``--skip-bad``, by the name of its field."""
         return {f.name: f"--{f.metadata['name'] or f.name.replace('_', '-')}" for f in fields(cls)}
 
     def arguments(self) -> dict[str, Any]:
@@ -92,24 +96,26 @@ def takes(
     without : collection of str
         Fields that are not options of this command.
     """
-    names = group.names()
-    chosen = [each for each in fields(group) if each.name not in without]
+    spellings = group.names()
+    chosen = [option_field for option_field in fields(group) if option_field.name not in without]
 
     def add(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
         def collected(**values: Any) -> None:
-            own = {each.name: values.pop(f"{parameter}_{each.name}") for each in chosen}
-            command(**{parameter: group(**own)}, **values)
+            in_group = {each.name: values.pop(f"{parameter}_{each.name}") for each in chosen}
+            command(**{parameter: group(**in_group)}, **values)
 
+        # Click shows the option that is added last first.
         for each in reversed(chosen):
-            asked, name = each.metadata["option"], f"{parameter}_{each.name}"
-            collected = click.option(names[each.name], name, **asked)(collected)
+            argument = f"{parameter}_{each.name}"
+            added = click.option(spellings[each.name], argument, **each.metadata["option"])
+            collected = added(collected)
         return collected
 
     return add
 
 
-#: Titles of a command's help, and the options below each; those of no title are first.
+#: Titles of a command's help, and the options below each title; all other options are first.
 _TITLES: Mapping[str, str] = {
     "Options": "",
     "Log": "columns window resample gaps",
@@ -120,29 +126,30 @@ _TITLES: Mapping[str, str] = {
     "Second record": "validate validate-like",
     "Output": "all full json report figure figures csv force help",
 }
-_SAID = {
-    "Log": "A run.toml holds all other settings of a log. Give it instead of the log. axisid new "
-    "--record LOG writes a first one."
+#: Paragraph below the options of a title.
+_PARAGRAPHS = {
+    "Log": "A run.toml holds all other settings of a log. Name the run.toml instead of the log. "
+    "Write a first run.toml with axisid new --record LOG."
 }
 
 
-#: Arguments in Python whose option has another name.
+#: Option of the command line by the argument in Python, where the two names differ.
 _OTHER_NAMES = {"methods": "method", "windows": "window"}
 
 
 class Command(click.Command):
-    """A command that takes an option once, unless the option is a list; its help has titles.
+    """A command that refuses an option given twice, unless it is a list; its help has titles.
 
-    Sentences spell settings as options of the command, ``--gaps split``.
+    While it runs, messages spell settings as options of the command, ``--gaps split``.
     """
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
+        """Run the command, and return its value."""
         with settings_typed(self._options_by_argument(), LOG_KEYS):
             return super().invoke(ctx)
 
     def _options_by_argument(self) -> dict[str, str]:
-        """Return the options of this command by the argument in Python."""
+        """Return the spelling of each option of this command, by the argument in Python."""
         options = {}
         for parameter in self.params:
             for name in parameter.opts:
@@ -162,16 +169,20 @@ class Command(click.Command):
             if isinstance(parameter, click.Option) and record is not None:
                 name = max(parameter.opts, key=len).removeprefix("--")
                 rows[title_of.get(name, "Options")].append(record)
-        for title, own in rows.items():
-            if own:
+        for title, below in rows.items():
+            if below:
                 with formatter.section(title):
-                    formatter.write_dl(own)
-                    if said := _SAID.get(title):
+                    formatter.write_dl(below)
+                    if title in _PARAGRAPHS:
                         formatter.write_paragraph()
-                        formatter.write_text(said)
+                        formatter.write_text(_PARAGRAPHS[title])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Refuse an option that is given twice, of which only the last would count."""
+        """Refuse an option that is given twice, then parse the arguments as Click does.
+
+        Click would use the last value of a repeated option. A key of a run.toml that is given as an
+        option is refused with a message of its own.
+        """
         if not ctx.resilient_parsing:
             try:
                 given, _, order = self.make_parser(ctx).parse_args(args=[*args])
@@ -180,32 +191,47 @@ class Command(click.Command):
                 if key not in LOG_KEYS:
                     raise
                 raise click.UsageError(
-                    f"{error.option_name} is no option, but the key {key} of a log's run.toml, "
-                    "which axisid new --record LOG writes.",
+                    f"there is no option {error.option_name}. {key} is a key of a log's run.toml. "
+                    "Write a run.toml with axisid new --record LOG, and set the key in it.",
                     ctx,
                 ) from error
             for option in dict.fromkeys(order):
                 if isinstance(option, click.Option):
-                    for said, times in _times_said(option, order, given[str(option.name)]).items():
+                    counts = _times_given(option, order, given[str(option.name)])
+                    for spelled, times in counts.items():
                         if times > 1:
                             raise click.UsageError(
-                                f"{said} is given {times} times. Give it once.", ctx
+                                f"{spelled} is given {times} times. Give it once.", ctx
                             )
         return super().parse_args(ctx, args)
 
 
-def _times_said(
+def _times_given(
     option: click.Option, order: Sequence[click.Parameter], values: Any
 ) -> Counter[str]:
-    """Return how often an option is given; for a list of ``NAME=VALUE``, how often each name is."""
-    names = "/".join((*option.opts, *option.secondary_opts))
+    """Return the number of times that an option is given, by its spelling.
+
+    An option that is a list of ``NAME=VALUE`` is counted separately for each name. Other lists are
+    not counted, and a flag without an opposite counts once.
+
+    Parameters
+    ----------
+    option : click.Option
+    order : sequence of click.Parameter
+        Options in the order of the command line.
+    values : object
+        Values of this option.
+    """
+    spelled = "/".join((*option.opts, *option.secondary_opts))
     if option.multiple:
-        form = str(option.metavar)  # [NAME=]VALUE may be without a name
-        named = [v for v in values if "=" in form and ("=" in v or form.startswith("["))]
-        return Counter(f"{names} {text.rpartition('=')[0].strip()}".strip() for text in named)
-    return Counter(
-        {names: 1 if option.is_flag and not option.secondary_opts else order.count(option)}
-    )
+        form = str(option.metavar)
+        if "=" not in form:
+            return Counter()
+        if not form.startswith("["):  # [NAME=]VALUE may be without a name
+            values = [text for text in values if "=" in text]
+        return Counter(f"{spelled} {text.rpartition('=')[0].strip()}".strip() for text in values)
+    is_plain_flag = option.is_flag and not option.secondary_opts
+    return Counter({spelled: 1 if is_plain_flag else order.count(option)})
 
 
 def given_options() -> list[str]:
@@ -226,7 +252,7 @@ def check_needed(*rows: tuple[Sequence[str], Sequence[str]]) -> None:
     Parameters
     ----------
     *rows : (sequence of str, sequence of str)
-        Options, and the options of which they need at least one.
+        Options, and the options of which at least one must be given with them.
     """
     given = given_options()
     for options, needed in rows:

@@ -1,8 +1,8 @@
-"""Output of commands: to the terminal, and to files, whose places are checked first.
+"""Output of commands: to the terminal, and to files, whose paths are checked first.
 
-Documents are coloured and fitted to the width of a terminal; a progress line names the step that
-takes long. A file that an earlier run wrote is recognised by its content and may be overwritten;
-any other file belongs to the user.
+Documents are coloured and fitted to the width of a terminal. A progress line names the current step
+if it takes long. A file that an earlier run of the same command wrote is recognised by its content
+and may be overwritten; any other file belongs to the user.
 """
 
 import contextlib
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 def print_document(document: "Document") -> None:
     """Print a document: plain if standard output is not a terminal, otherwise coloured."""
-    # Help and what computes need neither of the two ways to draw.
+    # Imported here, because help and computations need neither way of drawing.
     if not is_terminal(sys.stdout):
         from axisid.presentation.documents import plain_text
 
@@ -51,24 +51,24 @@ def is_terminal(stream: Any) -> bool:
     return stream is not None and os.environ.get("TERM", "dumb") != "dumb" and bool(stream.isatty())
 
 
-SECONDS_PER_LINE = 30.0  # of progress that no terminal shows
+SECONDS_PER_LINE = 30.0  # between lines of progress, if standard error is not a terminal
 
 
 @contextlib.contextmanager
 def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
-    """Show the current step on standard error, if it takes longer than a moment.
+    """Show the current step on standard error, if it takes longer than `delay`.
 
-    The yielded function names the next step; its arguments are those of the argument `progress` of
-    `sweep`. A thread draws the line, so that a blocking step (a compiler, a solver) is shown too.
-    The line is erased at the end. If standard error is not a terminal, a line is printed every 30 s
-    instead.
+    Yields a function that names the next step, with the arguments of `Progress`: number of steps
+    done, total, text. A thread draws the line, so that a blocking step (a compiler, a solver) is
+    shown too. The line is erased at the end. If standard error is not a terminal, a line is printed
+    every 30 s instead.
 
     Parameters
     ----------
     what : str
         Name of the first step.
     delay : float
-        Seconds until the line appears.
+        Time until the line appears, s.
     """
     if not is_terminal(sys.stderr):
         with _progress_in_lines(what) as say_in_lines:
@@ -103,15 +103,15 @@ def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
 @contextlib.contextmanager
 def _progress_in_lines(what: str) -> Iterator[Progress]:
     """Print a line with the current step on standard error every 30 s."""
-    said, ended, begun = [what], threading.Event(), monotonic()
+    current, ended, begun = [what], threading.Event(), monotonic()
 
     def say(done: int, total: int, what: str) -> None:
-        said[0] = f"{what} ({done + 1} of {total})"
+        current[0] = f"{what} ({done + 1} of {total})"
 
     def print_lines() -> None:
         while not ended.wait(SECONDS_PER_LINE):
-            with contextlib.suppress(OSError, ValueError):  # nobody reads any more
-                click.echo(f"axisid: {said[0]}, {monotonic() - begun:.0f} s", err=True)
+            with contextlib.suppress(OSError, ValueError):  # standard error was closed
+                click.echo(f"axisid: {current[0]}, {monotonic() - begun:.0f} s", err=True)
 
     printer = threading.Thread(target=print_lines, daemon=True)
     printer.start()
@@ -123,7 +123,7 @@ def _progress_in_lines(what: str) -> Iterator[Progress]:
 
 
 def is_earlier(file: Path, kind: str) -> bool:
-    """Return whether a command wrote a file, or the file is empty.
+    """Return whether an earlier run of a command wrote a file, or the file is empty.
 
     Parameters
     ----------
@@ -141,7 +141,10 @@ def is_earlier(file: Path, kind: str) -> bool:
 
 
 json_option = click.option(
-    "--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output."
+    "--json",
+    "json_file",
+    metavar="FILE",
+    help="Write the result as JSON into this file. - stands for standard output.",
 )
 force_option = click.option(
     "--force", is_flag=True, help="Overwrite a file even if this command did not write it."
@@ -212,15 +215,18 @@ def check_replaced(
     taken = _read_by(inputs)
     for file, kind in files.items():
         problem = taken.get(os.path.realpath(file), "") or _foreign(str(file), kind, force=force)
-        folder = "it is a folder. Remove it, or name another place" * file.is_dir()
+        folder = "it is a folder. Remove the folder, or name another place" * file.is_dir()
         _refuse(str(file), problem or folder, option)
 
 
 def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
-    """Return the reason why each input file of a run must not be written, by its real path."""
-    said = "it is an input of this run. Name another file"
+    """Return the real path of each input file, with the reason why it must not be overwritten.
+
+    The log that a run.toml describes is an input too.
+    """
+    reason = "it is an input of this run. Name another file"
     files = [axis_file(given)[0] for given in inputs if given]
-    return {os.path.realpath(file): said for file in (*files, *map(stages.log_of, files))}
+    return {os.path.realpath(file): reason for file in (*files, *map(stages.log_of, files))}
 
 
 def _refuse(file: str, problem: str, option: str) -> None:
@@ -238,19 +244,23 @@ def _unfit(target: Target, taken: Mapping[str, str]) -> str:
     if file == "-" and target.option == "--json":
         return "standard output is closed" if sys.stdout is None else ""
     is_read_only = os.path.isfile(real) and not os.access(real, os.W_OK)
-    ways = (
+    # The first condition that is true decides.
+    cases = (
         (file in ("", "-") or os.path.isdir(file), "it is not a file. Name a file"),
         (_is_special(file), ""),
         (real in taken, taken.get(real, "")),
-        (not os.path.isdir(os.path.dirname(real)), "the folder does not exist. Create it first"),
+        (
+            not os.path.isdir(os.path.dirname(real)),
+            "the folder does not exist. Create the folder first",
+        ),
         (os.path.islink(real), "the link points to itself. Name another file"),
         (is_read_only, "the file is read-only. Name another file"),
         (
             not file.endswith(target.endings),
-            f"the name must end in {', '.join(target.endings)}",
+            f"the name must end in {', '.join(target.endings)}. Name another file",
         ),
     )
-    found = [said for is_so, said in ways if is_so]
+    found = [problem for is_so, problem in cases if is_so]
     return found[0] if found else _unwritable(real)
 
 
@@ -262,9 +272,8 @@ def _is_special(file: str) -> bool:
 def _unwritable(path: str) -> str:
     """Return the reason why no file can be created at a path; empty if it can.
 
-    This is tried with a temporary file in the same folder, because nothing else shows it on every
-    system. Its name is as long as that of the temporary file through which the path will be
-    written.
+    A temporary file is created in the same folder, because no other test works on every system. Its
+    name is as long as that of the temporary file through which the path will be written.
     """
     folder, name = os.path.split(path)
     try:
@@ -275,7 +284,10 @@ def _unwritable(path: str) -> str:
 
 
 def _foreign(file: str, kind: str, *, force: bool) -> str:
-    """Return the reason why an existing file must be kept; empty if it may be overwritten."""
+    """Return the reason why an existing file must be kept; empty if it may be overwritten.
+
+    `kind` is the kind of file that the command writes, as in `is_earlier`.
+    """
     if force or file == "-" or not os.path.isfile(file):
         return ""
     try:
@@ -296,12 +308,12 @@ def check_folder(
     *,
     force: bool = False,
 ) -> None:
-    """Refuse a folder that cannot be used or created, or that has other files to be kept.
+    """Refuse a folder that cannot be used or created, or in which a user's file would be replaced.
 
     Parameters
     ----------
     folder : str or None
-        The folder, which may be new, and so may its parents; None if none is asked for.
+        The folder. It and its parents may be new. None if no folder is asked for.
     option : str
         Option that names the folder.
     files : mapping of str to str
@@ -314,7 +326,8 @@ def check_folder(
     place = Path(os.path.abspath(folder))
     existing = next(each for each in (place, *place.parents) if os.path.lexists(each))
     if not folder or not existing.is_dir():
-        _refuse(folder, "it is neither a folder nor a new name in one. Name a folder", option)
+        problem = "it is not a folder, and no folder can be created there. Name a folder"
+        _refuse(folder, problem, option)
     _refuse(folder, _unwritable(str(existing / next(iter(files), "new"))), option)
     inside = {Path(folder, name): kind for name, kind in files.items()}
     check_replaced(inside, option, (), force=force)
@@ -347,8 +360,8 @@ def command_line() -> str:
     return shlex.join(["axisid", *sys.argv[1:]])
 
 
-#: A file or folder (None if it is not asked for), and the function that writes there and returns
-#: the files.
+#: A file or folder (None if it is not asked for), and a function that writes there. The function
+#: returns the files that it wrote, or None.
 Way: TypeAlias = tuple[str | None, Callable[[str], Iterable[object] | None]]
 
 
@@ -363,10 +376,10 @@ def put_out(
     show: Callable[[], None],
     *ways: Way,
 ) -> None:
-    """Print a result, and write it to every file asked for; a failure does not stop the others.
+    """Print a result, and write it to every requested file; a failure does not stop the others.
 
-    The result is printed before a page, which may take long. A reader that closes the pipe loses no
-    file.
+    The order is JSON, terminal, further files. The result is printed before a page is made, which
+    may take long. If the reader of standard output closes the pipe, all files are still written.
 
     Parameters
     ----------
@@ -377,8 +390,7 @@ def put_out(
     show : callable
         Prints the result, unless JSON is on standard output.
     *ways : (str or None, callable)
-        Further files or folders, in their order, each with the function that writes there; None if
-        it is not asked for.
+        Further files or folders, each with the function that writes there (`Way`).
 
     Raises
     ------
@@ -387,21 +399,21 @@ def put_out(
     """
     written: Way = (json_file, lambda file: write_output(file, json_text(document())))
     shown: Way = (None if json_file == "-" else "", lambda _: show())
-    made, refused = list[object](), list[Exception]()
+    made, failures = list[object](), list[Exception]()
     for place, put in (written, shown, *ways):
         if place is not None:
             try:
                 made += put(place) or ()
             except (AxisidError, OSError) as error:
-                refused.append(error)
+                failures.append(error)
     try:
         for path in made:
             click.echo(f"wrote {path}", err=json_file == "-")
-        for further in refused[1:]:
+        for further in failures[1:]:
             click.echo(f"axisid: {further}", err=True)
     finally:
-        if refused:
-            raise refused[0]
+        if failures:
+            raise failures[0]
 
 
 def print_result(result: Shown) -> None:

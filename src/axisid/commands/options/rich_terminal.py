@@ -1,4 +1,7 @@
-"""Blocks drawn by rich: headers bold, checks in colours, tables broken between methods."""
+"""Documents on a terminal, drawn by rich: bold headers, coloured checks, tables that fit the width.
+
+A table that is too wide is divided into several tables between methods.
+"""
 
 from collections.abc import Iterator
 from types import MappingProxyType
@@ -20,8 +23,8 @@ from axisid.presentation.documents import (
     block_lines,
 )
 
-_LEAST = 20  # columns; a narrower terminal wraps the lines
-#: By kind of line the style of its first letters and of all of it.
+_LEAST = 20  # characters; on a narrower terminal, lines wrap
+#: By kind of line: style of its lead (the first word), and style of the whole line.
 _STYLES = MappingProxyType(
     {
         "lead": ("bold", ""),
@@ -31,7 +34,7 @@ _STYLES = MappingProxyType(
         "not evaluated": ("", "dim"),
     }
 )
-#: Of a table: blanks between columns, and a rule below the heads.
+#: Frame of a table: blanks between columns, and a rule below the heads.
 _RULED = Box("    \n    \n----\n    \n    \n    \n    \n    \n", ascii=True)
 _BLANKS = str.maketrans("\t\n\v\f\r", "     ")
 
@@ -53,7 +56,7 @@ def print_dressed(document: Document, stream: TextIO, width: int, *, coloured: b
         if i:
             console.print()
         for line in lines:
-            console.print(line, soft_wrap=True)  # each fits, but for what is copied whole
+            console.print(line, soft_wrap=True)  # only lines to be copied may be longer
 
 
 def _drawn(block: Block, console: Console) -> Iterator[Text]:
@@ -70,7 +73,7 @@ def _drawn(block: Block, console: Console) -> Iterator[Text]:
 
 
 def _dressed(line: Sentence) -> Text:
-    """Return a line in its colours."""
+    """Return a line as text with the styles of its kind."""
     first, whole = _STYLES.get(line.kind, ("", ""))
     text = Text(f"{line.lead}{line.text}".translate(_BLANKS), style=whole)
     text.stylize(first, 0, len(line.lead))
@@ -78,7 +81,10 @@ def _dressed(line: Sentence) -> Text:
 
 
 def _hanging(text: Text, hang: int, console: Console) -> Iterator[Text]:
-    """Yield a text in lines of the width of a page or the terminal, with a hanging indent."""
+    """Yield the lines of a text, wrapped at the width of a page or the terminal.
+
+    Lines after the first are indented by `hang` characters.
+    """
     width = min(console.width, PAGE_WIDTH)
     first = text.wrap(console, width)[0]
     rest = text[len(first) :]
@@ -109,9 +115,10 @@ def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
 
 
 def _widths(page: Grid, room: int) -> list[int]:
-    """Return the widths of columns: those of their texts, reduced until all fit into `room`.
+    """Return the widths of the columns, reduced from the widths of their texts to fit into `room`.
 
-    The widest columns that can wrap between words are reduced first.
+    Columns that can wrap between words are reduced first, always the widest. If no such column is
+    left, words are broken.
     """
     columns = [*zip(page.heads, *page.rows, strict=True)]
     widths = [max(map(cell_len, column)) for column in columns]

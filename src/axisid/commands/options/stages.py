@@ -1,7 +1,7 @@
-"""Names of lower rooms that commands use, each imported when it is asked for.
+"""Names from other packages that commands use, each imported when it is first requested.
 
-The command line and its help start without them. The names are listed in the stub next to this
-file, with their types.
+The command line and its help start without these packages. The names are listed in the stub next to
+this file, with their types.
 """
 
 import ast

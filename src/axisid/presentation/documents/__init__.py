@@ -1,7 +1,7 @@
 """Documents: blocks that do not depend on the output format, and their rendering.
 
 In: blocks, expressions, numbers, the models of an axis. Out: plain text, HTML without scripts or
-styles, LaTeX, MathML. Knows nothing of results and of estimators.
+styles, LaTeX, MathML. Knows nothing of results and estimators.
 """
 
 from .axis_page import (

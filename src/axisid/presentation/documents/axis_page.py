@@ -1,4 +1,4 @@
-"""An axis on one page: declaration and derived models, as text, LaTeX or Markdown."""
+"""The page of an axis: its declaration and derived models, as text, LaTeX or Markdown."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,12 +20,11 @@ from .plain import plain_text
 
 FORMATS = ("text", "latex", "markdown")
 
-_WAYS = {"linear": "linear", "held": "held"}
 _MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*_{}[]<>#|$"})
 
 
 def axis_page(model: AxisModel, form: str = "text") -> str:
-    """Return the page of an axis in one of `FORMATS`."""
+    """Return the page of an axis as text; `form` is one of `FORMATS`."""
     if form == "text":
         return plain_text(axis_document(model))
     write = {"latex": _latex, "markdown": _markdown}[form]
@@ -33,7 +32,7 @@ def axis_page(model: AxisModel, form: str = "text") -> str:
 
 
 def axis_document(model: AxisModel) -> Document:
-    """Return the page of an axis in blocks."""
+    """Return the page of an axis as a document: its title, then one listing per section."""
     return (
         paragraph(_title(model)),
         *(
@@ -44,12 +43,12 @@ def axis_document(model: AxisModel) -> Document:
 
 
 def _title(model: AxisModel) -> str:
-    """Return name and title of an axis."""
+    """Return the title of the page: name and title of the axis, or the name alone."""
     return f"{model.axis.name}: {model.axis.title}".removesuffix(": ")
 
 
 def _sections(model: AxisModel) -> list[Section]:
-    """Return all sections of the page of an axis."""
+    """Return all sections of the page: declaration, derived models, drive, law and experiment."""
     declared = model.base.declared
     combined = {p.symbol: value for p, value in model.base.combined}
     inertia = Formula(name="inertia", value=rounded(model.inertia.xreplace(combined)))
@@ -58,17 +57,21 @@ def _sections(model: AxisModel) -> list[Section]:
         *_signals(declared),
         *derived_sections(model),
         *_physical(model),
-        *_around(declared),
+        *_drive_law_and_record(declared),
     ]
 
 
 def motion_sections(axis: Axis) -> list[Section]:
     """Return the sections of the equation of motion, its parameters, the drive and the law."""
-    return [*_motion(axis), *_around(axis)[:2]]
+    drive, law, *_ = _drive_law_and_record(axis)
+    return [*_motion(axis), drive, law]
 
 
 def _motion(axis: Axis, *more: Formula) -> list[Section]:
-    """Return the equation of motion and its parameters."""
+    """Return the sections of the equation of motion and of its parameters.
+
+    `more` are further formulas of the first section.
+    """
     q = axis.coordinate
     equation = Section(
         title="Equation of motion",
@@ -81,7 +84,10 @@ def _motion(axis: Axis, *more: Formula) -> list[Section]:
 
 
 def _facts(p: Parameter) -> tuple[str, ...]:
-    """Return nominal value, bounds, known value and description of a parameter as texts."""
+    """Return nominal value, bounds, known value and description of a parameter as texts.
+
+    A text is empty if the parameter has no such property.
+    """
     return (
         f"nominal {p.nominal:g}",
         f"at least {p.lower:g}" if p.lower > -math.inf else "",
@@ -93,41 +99,42 @@ def _facts(p: Parameter) -> tuple[str, ...]:
 
 def _listed(named: Sequence[tuple[str, str, str]]) -> tuple[str, ...]:
     """Return lines of name, unit and description, aligned in columns."""
-    names = max(len(name) for name, _, _ in named)
-    units = max(len(unit) for _, unit, _ in named) + 2
-    return tuple(f"{name:<{names}}  {f'[{unit}]':<{units}}  {said}" for name, unit, said in named)
+    name_width = max(len(name) for name, _, _ in named)
+    unit_width = max(len(unit) for _, unit, _ in named) + 2  # with brackets
+    return tuple(
+        f"{name:<{name_width}}  {f'[{unit}]':<{unit_width}}  {description}"
+        for name, unit, description in named
+    )
 
 
 def _physical(model: AxisModel) -> list[Section]:
-    """Return a section on the declared parameters that a record determines, if it is needed."""
+    """Return a section on the declared parameters that a record determines, in a list.
+
+    The list is empty if all declared parameters are estimated directly.
+    """
     base = model.base
     if not (base.changed or base.known):
         return []
-    settled = describe_determined(base)
-    lines = (*((settled,) if settled else ()), *describe_undetermined(base))
+    determined = describe_determined(base)
+    lines = (*((determined,) if determined else ()), *describe_undetermined(base))
     return [Section(title="Physical parameters", lines=lines)]
 
 
 def _signals(axis: Axis) -> list[Section]:
-    """Return a section on the recorded signals; none without any."""
+    """Return a section on the recorded signals, in a list; empty if there are none."""
     if not axis.signals:
         return []
-    lines = _listed(
-        [
-            (
-                s.name,
-                s.unit,
-                f"{_WAYS[s.between]} between samples"
-                + (f", {s.description}" if s.description else ""),
-            )
-            for s in axis.signals
-        ]
-    )
-    return [Section(title="Recorded signals", lines=lines)]
+    named = []
+    for signal in axis.signals:
+        description = f"{signal.between} between samples"
+        if signal.description:
+            description += f", {signal.description}"
+        named.append((signal.name, signal.unit, description))
+    return [Section(title="Recorded signals", lines=_listed(named))]
 
 
-def _around(axis: Axis) -> list[Section]:
-    """Return the sections of drive, control law, columns of a record, and experiment."""
+def _drive_law_and_record(axis: Axis) -> list[Section]:
+    """Return the sections of drive, control law, columns of a record, and experiment if any."""
     drive, unit = axis.drive, axis.drive.unit
     facts = (
         f"{FORCE} = {drive.force_text(axis.coordinate, digits=10)}",
@@ -142,15 +149,20 @@ def _around(axis: Axis) -> list[Section]:
     return [
         Section(title="Drive", lines=tuple(filter(None, facts))),
         _law(axis.control, unit),
-        Section(title="Columns of a record", lines=columns or ("named after their roles",)),
+        Section(title="Columns of a record", lines=columns or ("columns have the role as name",)),
         *([] if axis.experiment is None else [_experiment(axis, axis.experiment)]),
     ]
 
 
 def _law(law: ControlLaw | None, unit: str) -> Section:
-    """Return the section of the control law."""
+    """Return the section of the control law: output, memory, gains and timing.
+
+    `unit` is the unit of the control.
+    """
     if law is None:
-        return Section(title="Control law", lines=("none: least squares only, no instruments",))
+        return Section(
+            title="Control law", lines=("no control law: only least squares, no instruments",)
+        )
     lines: tuple[Formula | str, ...] = (
         Formula(name="control", value=law.output, unit=unit),
         *(
@@ -160,25 +172,24 @@ def _law(law: ControlLaw | None, unit: str) -> Section:
         ),
         *(f"{name} = {value:.10g}" for name, value in law.gains.items()),
     )
-    held = "evaluated continuously" if law.continuous else f"every {law.period:g} s, and held"
-    late = f"; applied with a delay of {law.delay} samples" if law.delay else ""
-    clock = f"; with its own clock, reference {law.reference_between} between samples"
-    return Section(
-        title="Control law",
-        lines=lines,
-        note=f"{law.name}; {held}{late}" + clock * bool(law.reference_between),
-    )
+    note = f"{law.name}; evaluated every {law.period:g} s, output held in between"
+    if law.continuous:
+        note = f"{law.name}; evaluated continuously"
+    if law.delay:
+        note += f"; applied with a delay of {law.delay} samples"
+    if law.reference_between:
+        note += f"; with its own clock, reference {law.reference_between} between samples"
+    return Section(title="Control law", lines=lines, note=note)
 
 
 def _experiment(axis: Axis, experiment: Experiment) -> Section:
-    """Return the section of the experiment of the axis's twin."""
+    """Return the section of the experiment of the axis's twin: motion, noise and true values."""
     seconds = sum(move.duration for move in experiment.moves)
     truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
-    noise, counts = (
-        f"{size:g} {axis.coordinate.unit}"
-        for size in (experiment.position_noise, experiment.resolution)
-    )
-    noise += f", encoder step {counts}" * bool(experiment.resolution)
+    unit = axis.coordinate.unit
+    noise = f"{experiment.position_noise:g} {unit}"
+    if experiment.resolution:
+        noise += f", encoder step {experiment.resolution:g} {unit}"
     return Section(
         title="Experiment of the twin",
         lines=(
@@ -191,20 +202,25 @@ def _experiment(axis: Axis, experiment: Experiment) -> Section:
 
 
 def _lines(section: Section, coordinate: Coordinate) -> Iterator[str]:
-    """Yield the note of a section, then its facts and aligned formulas."""
+    """Yield the note of a section, then its facts and formulas.
+
+    If a formula has a column of the regressor, names and units of all formulas are aligned.
+    """
     if section.note:
         yield f"({section.note})"
     formulas = [line for line in section.lines if isinstance(line, Formula)]
-    heads = [formula.head(coordinate) for formula in formulas]
-    listed = any(f.column is not None for f in formulas)
-    head = max(map(len, heads), default=0) if listed else 0
-    unit = max((len(f.unit) for f in formulas), default=0) + 2 if listed else 0
+    head_width = unit_width = 0
+    if any(formula.column is not None for formula in formulas):
+        head_width = max(len(formula.head(coordinate)) for formula in formulas)
+        unit_width = max(len(formula.unit) for formula in formulas) + 2  # with brackets
     for line in section.lines:
         if isinstance(line, str):
             yield line
             continue
-        label = f"{line.head(coordinate):<{head}}"
-        label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
+        label = f"{line.head(coordinate):<{head_width}}"
+        if line.unit or unit_width:
+            unit = f"[{line.unit}]" if line.unit else ""
+            label += f"  {unit:<{unit_width}}"
         yield label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
 
 
@@ -218,7 +234,9 @@ def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> s
         lambda lines: (r"\begin{align*}", aligned_latex(lines, coordinate), r"\end{align*}"),
     )
     begin = (
-        *(r"\documentclass{article}", r"\usepackage{amsmath}", r"\begin{document}"),
+        r"\documentclass{article}",
+        r"\usepackage{amsmath}",
+        r"\begin{document}",
         rf"\section*{{{escaped_latex(title)}}}",
     )
     return "\n".join([*begin, *body, "", r"\end{document}"]) + "\n"
@@ -230,10 +248,13 @@ def _markdown(title: str, sections: Iterable[Section], coordinate: Coordinate) -
         sections,
         lambda head: ("", f"## {head.translate(_MARKDOWN)}", ""),
         lambda note: (note.translate(_MARKDOWN), ""),
-        lambda said: [f"- {' '.join(s.split()).translate(_MARKDOWN)}" for s in said],
+        lambda sentences: [f"- {' '.join(s.split()).translate(_MARKDOWN)}" for s in sentences],
         lambda lines: (
-            *("$$", r"\begin{aligned}", aligned_latex(lines, coordinate)),
-            *(r"\end{aligned}", "$$"),
+            "$$",
+            r"\begin{aligned}",
+            aligned_latex(lines, coordinate),
+            r"\end{aligned}",
+            "$$",
         ),
     )
     return "\n".join([f"# {title.translate(_MARKDOWN)}", *body]) + "\n"
@@ -252,13 +273,14 @@ def _body(
     ----------
     sections : iterable of Section
     head, note : callable
-        Lines of a title, and of a note.
+        Returns the lines of a title, and of a note.
     listed, aligned : callable
-        Lines of consecutive sentences, and of consecutive formulas.
+        Returns the lines of consecutive sentences, and of consecutive formulas.
     """
     for section in sections:
         yield from head(section.title)
-        yield from note(f"{section.note[:1].upper()}{section.note[1:]}.") if section.note else ()
+        if section.note:
+            yield from note(f"{section.note[:1].upper()}{section.note[1:]}.")
         for is_text, lines in groupby(section.lines, lambda line: isinstance(line, str)):
             group = [*lines]
             if is_text:

@@ -1,12 +1,12 @@
-"""The blocks of a document, independent of the output format.
+"""The blocks of a document, independent of the output format, and the notation of numbers.
 
-Values are rounded to two digits of their standard error. Printed text has raised powers, true minus
-signs, and no ``e``.
+Values are rounded to two digits of their standard error. Text for print (`readable_text`) has
+raised powers, true minus signs, and no ``e``.
 """
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,8 +15,8 @@ from axisid.support.wording import plain_numbers
 _MINUS, _TIMES, _THIN = "\u2212", "\u00d7", "\u202f"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PLAIN = (1e-3, 1e6)  # numbers between these have no power of ten
-_GROUPED = 1e4  # from here on thousands are separated
-# A sign or a figure that is part of a word, a name or a formula stays as it is.
+_GROUPED = 1e4  # smallest number with separated thousands
+# Sign, figures and exponent of a number; not of one that is part of a word, a name or a formula.
 _NUMBER = re.compile(r"(?<![\w.^*/)+-])([+-]?)(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w^*]|\.\w)")
 
 Align = Literal["left", "right"]
@@ -33,7 +33,7 @@ class QuantityCell:
     deviation : str
         Standard error; empty if there is none.
     more : tuple of str
-        Further texts for a table with room, named by the `parts` of its column.
+        Further texts, whose heads are the `parts` of the column after the first.
     """
 
     value: str
@@ -48,6 +48,7 @@ class Interval:
     Attributes
     ----------
     low, centre, high : float
+        Lower end, estimate and upper end.
     kind : str
         Kind of the estimator, for its colour: ``ls``, ``iv`` or ``didim``.
     """
@@ -60,7 +61,7 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Intervals:
-    """Intervals drawn on one scale; plain text leaves them out.
+    """Intervals drawn on one scale; plain text omits them.
 
     Attributes
     ----------
@@ -90,9 +91,9 @@ class TableColumn:
     align : {"right", "left"}
     parts : tuple of str
         Heads of the separate columns for the standard error and the further texts of a
-        `QuantityCell`. If empty, a quantity is one text.
+        `QuantityCell`. If it is empty, value and standard error are one text.
     group : str
-        Columns of one group stay together on a narrow terminal, as parts do.
+        Neighbouring columns with the same group stay together if a table is split; empty for none.
     kind : Kind
         Content of the column.
     """
@@ -178,9 +179,23 @@ class Checks:
 
 @dataclass(frozen=True, slots=True)
 class Notes:
-    """Notes that tables refer to by number, from 1."""
+    """Notes below tables; tables refer to the first of them by number, from 1.
+
+    Attributes
+    ----------
+    notes : tuple of str
+    numbered : int or None
+        Number of notes, from the first, that have a number; None for all.
+    """
 
     notes: tuple[str, ...]
+    numbered: int | None = None
+
+    def labelled(self) -> Iterator[tuple[str, str]]:
+        """Yield each note after its label: ``[1]``, or a dash for a note without a number."""
+        for i, note in enumerate(self.notes, 1):
+            has_number = self.numbered is None or i <= self.numbered
+            yield f"[{i}]" if has_number else "-", note
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,13 +206,13 @@ class Sentence:
     ----------
     text : str
     lead : str
-        First words.
+        Words before the text.
     hang : int
-        Blanks before its further lines.
+        Number of blanks before the second and further lines.
     filled : bool
         True if the text is wrapped at the width of the page or terminal; False for text to copy.
     kind : str
-        For colours: ``lead`` if the first words are highlighted, ``line``, or a `Status`.
+        For colours: ``lead`` if the lead is highlighted, ``line`` for none, or a `Status`.
     """
 
     text: str
@@ -228,7 +243,7 @@ Document = tuple[Block, ...]
 
 
 def text_columns(heads: Iterable[str]) -> tuple[TableColumn, ...]:
-    """Return columns by their heads: the first aligned left, the others right."""
+    """Return columns with the given heads: the first aligned left, the others right."""
     kinds: dict[str, Kind] = {"unit": "unit", "status": "status"}
     return tuple(
         TableColumn(head, align="right" if i else "left", kind=kinds.get(head, ""))
@@ -244,7 +259,16 @@ def text_table(
     title: str = "",
     said: tuple[str, ...] = (),
 ) -> TableBlock:
-    """Return a table whose columns are given by their heads; see `text_columns`."""
+    """Return a table whose columns are given by their heads.
+
+    Parameters
+    ----------
+    heads : iterable of str
+        Heads of the columns; the first is aligned left, the others right.
+    rows : iterable of sequence of Cell
+    labels, title, said
+        As in `TableBlock`.
+    """
     return TableBlock(
         columns=text_columns(heads),
         rows=tuple(map(tuple, rows)),
@@ -255,7 +279,7 @@ def text_table(
 
 
 def paragraph(*sentences: str | Sentence, title: str = "") -> Paragraph:
-    """Return a paragraph of sentences or plain texts."""
+    """Return a paragraph of sentences or texts; texts get numbers that are written out."""
     return Paragraph(
         sentences=tuple(
             Sentence(text=plain_numbers(each)) if isinstance(each, str) else each
@@ -271,13 +295,16 @@ def readable_unit(unit: str) -> str:
 
 
 def readable_text(text: str) -> str:
-    """Return a sentence in print notation: powers of ten instead of ``1.2e-06``, raised powers."""
+    """Return a sentence in print notation: ``±``, raised powers, and 10⁻⁶ instead of ``e-06``."""
     numbered = _NUMBER.sub(_number, text.replace(" +-", " ±"))
     return re.sub(r"(?<=[^\W\d_])\^(-?\d+)(?![\w.])", lambda m: m[1].translate(_RAISED), numbered)
 
 
 def decimals(deviation: float, digits: int = 2, least: int = 0) -> int:
-    """Return decimal places that show `digits` digits of the standard error; 4 without one."""
+    """Return the number of decimal places that shows a standard error with `digits` digits.
+
+    It is at least `least` and at most 12. Without a finite, positive standard error it is 4.
+    """
     if not 0 < deviation < math.inf:
         return 4
     return min(max(least, digits - 1 - math.floor(math.log10(deviation))), 12)
@@ -290,7 +317,7 @@ def figure_text(value: float, digits: int = 3) -> str:
 
 
 def _number(found: re.Match[str]) -> str:
-    """Return a number found in a sentence in print notation."""
+    """Return a number that was found in a sentence in print notation."""
     sign, figures, exponent = found.groups()
     sign = sign.replace("-", _MINUS)
     if exponent is None:

@@ -1,4 +1,4 @@
-"""Blocks and sentences as HTML without scripts or styles; no line breaks inside options."""
+"""Blocks and sentences as HTML without scripts or styles; command-line options are not broken."""
 
 import re
 from html import escape
@@ -25,8 +25,9 @@ from .document import (
 )
 from .plain import joined
 
-_WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
+_WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0  # of the drawing of intervals, and its margins, px
 _SCALE = 12.0  # height of the scale below the intervals, px
+# Arrows and options, with their argument, that have no line break.
 _WHOLE = re.compile(r"(->|--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?)")
 _SIGNS = MappingProxyType({"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"})
 #: Classes of the signs, for pages that colour them.
@@ -38,7 +39,8 @@ STATUS_CLASSES = MappingProxyType(
 def intervals_html(drawn: Intervals) -> str:
     """Return a drawing of intervals above one another with a scale, as SVG.
 
-    The true value is a dotted line. Empty if all ends are equal or one is not finite.
+    The true value is a dotted line. The result is empty if all ends are equal or one of them is not
+    finite.
     """
     ends = [
         *(end for each in drawn.intervals for end in (each.low, each.high)),
@@ -49,18 +51,19 @@ def intervals_html(drawn: Intervals) -> str:
         return ""
 
     def place(x: float) -> str:
+        """Return the horizontal place of a value in the drawing, px."""
         return f"{_EDGE + (x - low) / span * (_WIDTH - 2 * _EDGE):.1f}"
 
     at = "" if drawn.truth is None else place(drawn.truth)
     marks = f'<line class="truth" x1="{at}" x2="{at}" y1="1" y2="25"/>' if at else ""
-    marks += "".join(
-        f'<g class="{each.kind}">'
-        f'<line x1="{place(each.low)}" x2="{place(each.high)}" y1="{y}" y2="{y}"/>'
-        f'<circle cx="{place(each.centre)}" cy="{y}" r="3"/></g>'
-        for i, each in enumerate(drawn.intervals, 1)
-        for y in [f"{_HEIGHT * i / (len(drawn.intervals) + 1):.1f}"]
-    )
-    # With colours and a size for a page without its own.
+    for i, each in enumerate(drawn.intervals, 1):
+        y = f"{_HEIGHT * i / (len(drawn.intervals) + 1):.1f}"
+        marks += (
+            f'<g class="{each.kind}">'
+            f'<line x1="{place(each.low)}" x2="{place(each.high)}" y1="{y}" y2="{y}"/>'
+            f'<circle cx="{place(each.centre)}" cy="{y}" r="3"/></g>'
+        )
+    # Colours and size are for pages without a style of their own.
     return (
         f'<svg class="interval" viewBox="0 0 {_WIDTH:g} {_HEIGHT + _SCALE:g}" '
         f'stroke="currentColor" fill="currentColor" width="170" role="img">{marks}'
@@ -69,7 +72,7 @@ def intervals_html(drawn: Intervals) -> str:
 
 
 def _scale_html(low: float, high: float) -> str:
-    """Return the scale of a drawing, from the smallest to the largest value."""
+    """Return the scale of a drawing, with the smallest and the largest value at its ends."""
     first, last = range_text(low, high, "|", digits=3).split("|")
     bottom = _HEIGHT + _SCALE - 1
     return (
@@ -97,7 +100,7 @@ def unbroken(text: str) -> str:
 
 
 def blocks_html(document: Document) -> str:
-    """Return the blocks of a document as HTML."""
+    """Return all blocks of a document as HTML."""
     return "".join(map(block_html, document))
 
 
@@ -107,7 +110,7 @@ def block_html(block: Block) -> str:
     title = f"<p><b>{above}</b></p>" if above else ""
     match block:
         case Heading():
-            # Names from a file are not changed.
+            # Facts may contain names from a file, so their text is not reformatted.
             facts = "".join(
                 f"<dt>{escape(name)}</dt><dd>{unbroken(text)}</dd>"
                 for name, text in block.facts.items()
@@ -121,37 +124,36 @@ def block_html(block: Block) -> str:
             concluded = f"<p>{prose_html(block.conclusion)}</p>" if block.conclusion else ""
             return concluded + checks_html(block.judged)
         case Notes():
-            notes = enumerate(block.notes, 1)
-            listed = "".join(f"<p>[{i}] {prose_html(note)}</p>" for i, note in notes)
+            listed = "".join(
+                f"<p>{label} {prose_html(note)}</p>" for label, note in block.labelled()
+            )
             return f"<details><summary>Notes</summary>{listed}</details>"
         case Paragraph():
-            sentences = (
-                (f"<b>{escape(lead)}</b> " if (lead := each.lead.strip()) else "", each.text)
-                for each in block.sentences
-            )
-            return title + "".join(f"<p>{lead}{prose_html(text)}</p>" for lead, text in sentences)
+            lines = ""
+            for each in block.sentences:
+                lead = each.lead.strip()
+                highlighted = f"<b>{escape(lead)}</b> " if lead else ""
+                lines += f"<p>{highlighted}{prose_html(each.text)}</p>"
+            return title + lines
         case Listing():
             lines = "".join(f"<li><code>{escape(line)}</code></li>" for line in block.lines)
             return f"{title}<ul>{lines}</ul>"
 
 
 def table_html(table: TableBlock) -> str:
-    """Return a table without the sentences below it."""
+    """Return a table as HTML, with its title as caption and without the sentences below it."""
     caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
     heads = "".join(map(_head, table.columns))
-    rows = (
-        "".join(
-            _cell(cell, column, is_label=not j)
-            for j, (cell, column) in enumerate(zip(row, table.columns, strict=True))
-        )
-        for row in table.rows
-    )
-    filled = "".join(f"<tr>{row}</tr>" for row in rows)
-    return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{filled}</tbody></table>"
+    body = ""
+    for row in table.rows:
+        cells = zip(row, table.columns, strict=True)
+        filled = (_cell(cell, column, is_label=not j) for j, (cell, column) in enumerate(cells))
+        body += f"<tr>{''.join(filled)}</tr>"
+    return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _head(column: TableColumn) -> str:
-    """Return the head of a column."""
+    """Return the head of a column as HTML: text, unit, and the head of the standard error."""
     head = escape(column.head).replace("+-", "±")
     head += f" [{escape(readable_unit(column.unit))}]" if column.unit else ""
     head += f" ± {escape(column.parts[0])}" if column.parts else ""
@@ -165,26 +167,27 @@ def _head(column: TableColumn) -> str:
 def _cell(cell: Cell, column: TableColumn, *, is_label: bool) -> str:
     """Return a cell as HTML; the label of a row is not reformatted."""
     kind = column.kind or ("text" if column.align == "left" else "")
-    how = f' class="{kind}"' if kind else ""
+    attributes = f' class="{kind}"' if kind else ""
     if isinstance(cell, Intervals):
-        return f"<td{how}>{intervals_html(cell)}</td>"
+        return f"<td{attributes}>{intervals_html(cell)}</td>"
     text = joined(cell)
     if is_label and not column.kind:
-        return f"<th{how}>{escape(text)}</th>"
-    if isinstance(cell, QuantityCell) and cell.more:  # further texts as a tooltip
-        told = zip(column.parts[1:], cell.more, strict=False)
-        how += f' title="{escape(", ".join(f"{head} {part}" for head, part in told))}"'
+        return f"<th{attributes}>{escape(text)}</th>"
+    if isinstance(cell, QuantityCell) and cell.more:  # further texts become a tooltip
+        parts = zip(column.parts[1:], cell.more, strict=False)
+        tooltip = ", ".join(f"{head} {part}" for head, part in parts)
+        attributes += f' title="{escape(tooltip)}"'
     shown = sign_html(text) if column.kind == "status" else escape(readable_text(text))
-    return f"<td{how}>{shown}</td>"
+    return f"<td{attributes}>{shown}</td>"
 
 
 def checks_html(judged: tuple[CheckGroup, ...]) -> str:
-    """Return checks as a list."""
+    """Return groups of checks as an HTML list."""
     return f'<ul class="checks">{"".join(map(_judged, judged))}</ul>'
 
 
 def _judged(judged: CheckGroup) -> str:
-    """Return a group of checks as an item of a list."""
+    """Return a group of checks as an item of an HTML list, with its sign."""
     names = escape(", ".join(judged.names))
     if judged.meaning:
         lead = "not evaluated: " if judged.status == "not evaluated" else ""
@@ -193,5 +196,5 @@ def _judged(judged: CheckGroup) -> str:
 
 
 def sign_html(status: str) -> str:
-    """Return the sign of a status."""
+    """Return the sign of a status as HTML, such as a tick for ``pass``."""
     return f'<span class="sign {STATUS_CLASSES[status]}" title="{status}">{_SIGNS[status]}</span>'

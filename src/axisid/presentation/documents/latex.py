@@ -21,8 +21,9 @@ from axisid.modeling.quantities import (
     readable,
 )
 
-_DOTS = ("", "˙", "¨")
+_DOTS = ("", "˙", "¨")  # of position, velocity and acceleration
 _TIMES, _SPACE = "<mo>&InvisibleTimes;</mo>", '<mspace width="0.2em"/>'
+# One letter in round brackets.
 _ROUND = re.compile(r"<mo>\(</mo>(<m(?:over|i)>(?:(?!<mo>\().)*?</m(?:over|i)>)<mo>\)</mo>")
 _GREEK = dict(
     zip(
@@ -54,14 +55,14 @@ _SPECIALS = str.maketrans(
 )
 _BETWEEN_UNITS = str.maketrans({"*": r"\cdot ", "·": r"\cdot ", " ": r"\,"})
 _INDEXED = re.compile(r"([A-Z])([a-z]{1,2})")  # friction Fv is F with the index v
-_MOST_TERMS = 4  # of a line
-_LONGEST = 280  # characters of a line, unless one term has more
+_MOST_TERMS = 4  # terms of a sum on one line
+_LONGEST = 280  # characters of a line, unless a single term has more
 
 
 def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
-    """Return ``name = value`` as HTML, with one ``math`` element per term.
+    """Return ``name = value`` as HTML, with one ``math`` element per term of a sum.
 
-    Lines can then break between terms.
+    The browser can then break lines between terms.
 
     Parameters
     ----------
@@ -79,11 +80,12 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
         left = _Printer(named, {}, coordinate)._print(named.value)
     pieces = [[left, printer.leaf("mo", "=")]]
     value = prepared.value
-    for i, term in enumerate(prepared.terms(value) if value.is_Add else [value]):
-        negative = term.could_extract_minus_sign()
-        piece = [printer._print(-term if negative else term)]
-        if negative or i:
-            sign = printer.leaf("mo", "-" if negative else "+")
+    terms = prepared.terms(value) if value.is_Add else [value]
+    for i, term in enumerate(terms):
+        is_negative = term.could_extract_minus_sign()
+        piece = [printer._print(-term if is_negative else term)]
+        if is_negative or i:
+            sign = printer.leaf("mo", "-" if is_negative else "+")
             # At the start of an element it would be read as the sign of a number.
             sign.setAttribute("form", "infix" if i else "prefix")
             piece.insert(0, sign)
@@ -104,8 +106,8 @@ def _element(piece: list[Element], printer: "_Printer") -> str:
     return f'<math displaystyle="true">{text}</math>'
 
 
-class _House(MathMLPresentationPrinter):  # type: ignore[misc]
-    """SymPy's MathML printer with the names of this package.
+class _NamingPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
+    """SymPy's MathML printer with the notation of names of this package.
 
     ``Fv`` is one symbol with an index, and ``dq`` is a dotted ``q``.
     """
@@ -117,16 +119,16 @@ class _House(MathMLPresentationPrinter):  # type: ignore[misc]
         self._coordinate = q.name
 
     def leaf(self, kind: str, text: str) -> Element:
-        """Return an element that contains only a text."""
+        """Return an element of a kind, such as ``mi``, that contains only a text."""
         made: Element = self.dom.createElement(kind)
         made.appendChild(self.dom.createTextNode(text))
         return made
 
     def _print_Symbol(self, symbol: sympy.Symbol, style: str = "plain") -> Element:  # noqa: ARG002, N802
+        """Return a symbol: a signal of a law in words, a motion with dots, or a name."""
         if symbol in SIGNALS:
-            return self.leaf(
-                "mi", SIGNALS[symbol]
-            )  # a text element would have no space around signs
+            # A text element would have no space around signs.
+            return self.leaf("mi", SIGNALS[symbol])
         dots = self._motion.get(symbol)
         if dots is None:
             return self._named(str(symbol))
@@ -139,9 +141,9 @@ class _House(MathMLPresentationPrinter):  # type: ignore[misc]
         return over
 
     def _named(self, name: str) -> Element:
-        """Return a name with its indices; a number without a name is written as a number."""
+        """Return a name with its indices; a constant, whose name is a number, as this number."""
         if not name.isidentifier():
-            constant: Element = self._print_Float(sympy.Float(name))  # it has no name
+            constant: Element = self._print_Float(sympy.Float(name))
             return constant
         head, indices = name_parts(name)
         base = self.leaf("mi", _GREEK.get(head, head))
@@ -155,8 +157,8 @@ class _House(MathMLPresentationPrinter):  # type: ignore[misc]
         return sub
 
 
-class _Printer(InReadingOrder, _House):
-    pass
+class _Printer(InReadingOrder, _NamingPrinter):
+    """MathML printer with the names of this package, and terms in reading order."""
 
 
 def with_named_steps(value: sympy.Expr) -> sympy.Expr:
@@ -180,10 +182,10 @@ def aligned_latex(formulas: Iterable[Formula], coordinate: Coordinate) -> str:
 def symbol_latex(name: str) -> str:
     """Return a name as one LaTeX symbol; digits and parts after ``_`` become indices.
 
-    ``Fv`` is F with the index v, not F times v.
+    ``Fv`` is F with the index v, not F times v. A constant, whose name is a number, is this number.
     """
     if not name.isidentifier():
-        return str(sympy.latex(sympy.Float(name)))  # a constant without a name
+        return str(sympy.latex(sympy.Float(name)))
     head, indices = name_parts(name)
     if head in _GREEK:
         head = f"\\{head}"
@@ -194,11 +196,13 @@ def symbol_latex(name: str) -> str:
 
 
 def name_parts(name: str) -> tuple[str, list[str]]:
-    """Return head and indices of a name: ``J_motor_2`` has two, ``tau0`` and ``Fv`` one."""
+    """Return head and indices of a name: ``J_motor_2`` has two indices, ``tau0`` and ``Fv`` one."""
     head, *indices = name.split("_")
-    if head not in _GREEK and (short := _INDEXED.fullmatch(head)):
+    short = None if head in _GREEK else _INDEXED.fullmatch(head)
+    digits = re.search(r"\d+$", head)
+    if short:
         head, indices = short[1], [*short.groups()[1:], *indices]
-    elif digits := re.search(r"\d+$", head):
+    elif digits:
         head, indices = head[: digits.start()], [digits[0], *indices]
     return head, [index for index in indices if index]
 
@@ -210,11 +214,12 @@ def unit_latex(unit: str) -> str:
 
 
 def _line(formula: Formula, q: Coordinate) -> str:
-    """Return a formula as a line of ``align``."""
+    """Return a formula as a line of ``align``: name, value, unit and column of the regressor."""
     name = formula.name
-    head = (
-        rf"\text{{{escaped_latex(name)}}}" if isinstance(name, str) else " ".join(_terms(name, q))
-    )
+    if isinstance(name, str):
+        head = rf"\text{{{escaped_latex(name)}}}"
+    else:
+        head = " ".join(_terms(name, q))
     unit = rf"\ [{unit_latex(formula.unit)}]" if formula.unit else ""
     if formula.value is None:
         return f"{head}{unit} &:\\ {_sum(formula.column, q)}"
@@ -239,7 +244,7 @@ def _rows(terms: Sequence[str]) -> list[str]:
 
 
 class _LatexPrinter(InReadingOrder, LatexPrinter):  # type: ignore[misc]
-    pass
+    """SymPy's LaTeX printer with terms in reading order."""
 
 
 def _terms(value: sympy.Expr, q: Coordinate) -> list[str]:

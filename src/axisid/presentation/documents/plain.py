@@ -42,10 +42,11 @@ class Grid:
     heads : tuple of str
     rows : tuple of tuple of str
     aligns : tuple of Align
+        Alignment of each column.
     groups : tuple of tuple of int
-        Indices of the columns that stay together if the table is split.
+        Indices of all columns, in groups that stay together if the table is split.
     labels : int
-        Number of groups that label the rows.
+        Number of groups, from the first, that label the rows and are repeated in a split table.
     """
 
     heads: tuple[str, ...]
@@ -55,10 +56,16 @@ class Grid:
     labels: int
 
     def pages(self, room: int, size: Callable[[str], int] = len) -> "list[Grid]":
-        """Return the table, split into tables of at most `room` characters if necessary.
+        """Return the table, split into several tables if it is wider than `room`.
 
-        Each has the label columns, and the parts of a column stay next to their value. `size`
-        returns the width of a text.
+        Each table has the label columns, and a group stays in one table if it fits.
+
+        Parameters
+        ----------
+        room : int
+            Largest width of a table, in characters.
+        size : callable
+            Width of a text, in characters.
         """
         labels = [i for group in self.groups[: self.labels] for i in group]
         sizes = [max(map(size, each)) for each in zip(self.heads, *self.rows, strict=True)]
@@ -77,7 +84,7 @@ class Grid:
         return [self.part([*labels, *page]) for page in pages] or [self]
 
     def part(self, numbers: Sequence[int]) -> "Grid":
-        """Return the table of some columns, each in its own group."""
+        """Return the table of the columns with the given indices, each in its own group."""
         return Grid(
             heads=tuple(self.heads[i] for i in numbers),
             rows=tuple(tuple(row[i] for i in numbers) for row in self.rows),
@@ -88,9 +95,16 @@ class Grid:
 
 
 def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[list[int]]:
-    """Return the columns of a group in pieces that fit on a page, each with its first column.
+    """Return the columns of a group in parts that fit on a page, each with the first column.
 
-    A group that fits is one piece.
+    A group that fits is one part. A column that does not fit next to the first is alone.
+
+    Parameters
+    ----------
+    group : sequence of int
+        Indices of the columns.
+    fits : callable
+        True if the columns with the given indices fit on a page.
     """
     first, *others = group
     parts = [[first]]
@@ -103,54 +117,50 @@ def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[
 
 
 def grid(table: TableBlock) -> Grid:
-    """Return a table as texts; a column with parts becomes several columns."""
+    """Return a table as texts; a column with parts becomes several columns, in one group."""
     # Drawn intervals have no text.
     kept = [i for i, column in enumerate(table.columns) if column.kind != "intervals"]
-    whole = [table.columns[i] for i in kept]
-    columns = [column for column in whole for _ in range(1 + len(column.parts))]
+    heads: list[str] = []
+    columns: list[TableColumn] = []  # of each column of texts
+    for column in (table.columns[i] for i in kept):
+        heads.append(f"{column.head} [{column.unit}]" if column.unit else column.head)
+        heads += column.parts
+        columns += [column] * (1 + len(column.parts))
+    # Neighbours with the same group, or of the same column, stay together.
+    groups = groupby(range(len(columns)), lambda i: columns[i].group or id(columns[i]))
     return Grid(
-        heads=tuple(
-            head
-            for column in whole
-            for head in (
-                f"{column.head} [{column.unit}]" if column.unit else column.head,
-                *column.parts,
-            )
-        ),
+        heads=tuple(heads),
         rows=tuple(
             tuple(text for i in kept for text in _texts(row[i], table.columns[i]))
             for row in table.rows
         ),
         aligns=tuple(column.align for column in columns),
-        groups=tuple(
-            tuple(numbers)
-            for _, numbers in groupby(
-                range(len(columns)), lambda i: columns[i].group or id(columns[i])
-            )
-        ),
+        groups=tuple(tuple(numbers) for _, numbers in groups),
         labels=table.labels,
     )
 
 
 def _texts(cell: Cell, column: TableColumn) -> tuple[str, ...]:
-    """Return the texts of a cell: of its value, and of each part of the column."""
-    texts = (
-        (cell.value, cell.deviation, *cell.more)
-        if isinstance(cell, QuantityCell) and column.parts
-        else (joined(cell),)
-    )
-    return *texts, *("",) * (1 + len(column.parts) - len(texts))
+    """Return the texts of a cell: its value, and one text for each part of the column.
+
+    Missing parts are empty.
+    """
+    texts: tuple[str, ...] = (joined(cell),)
+    if isinstance(cell, QuantityCell) and column.parts:
+        texts = (cell.value, cell.deviation, *cell.more)
+    missing = 1 + len(column.parts) - len(texts)
+    return (*texts, *[""] * missing)
 
 
 def joined(cell: Cell) -> str:
-    """Return a cell as one text."""
+    """Return a cell as one text: ``1.5 +- 0.2`` for a quantity, empty for drawn intervals."""
     if isinstance(cell, QuantityCell):
         return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
     return cell if isinstance(cell, str) else ""
 
 
 def block_lines(block: Block) -> Iterator[Sentence | Grid]:
-    """Yield the lines of a block; a table is one item."""
+    """Yield the lines of a block, the title first; a table is one item."""
     if title := getattr(block, "title", ""):
         yield Sentence(text=title)
     match block:
@@ -165,8 +175,10 @@ def block_lines(block: Block) -> Iterator[Sentence | Grid]:
                 yield Sentence(text="")
             yield from map(_judged, block.judged)
         case Notes():
-            for i, note in enumerate(block.notes, 1):
-                yield Sentence(lead=f"[{i}] ", text=note, hang=len(f"[{i}] "), kind="line")
+            labelled = [*block.labelled()]
+            width = max((len(label) for label, _ in labelled), default=0) + 1
+            for label, note in labelled:
+                yield Sentence(lead=label.ljust(width), text=note, hang=width, kind="line")
         case Paragraph():
             yield from block.sentences
         case Listing():
@@ -174,31 +186,35 @@ def block_lines(block: Block) -> Iterator[Sentence | Grid]:
 
 
 def _fact(name: str, text: str) -> Sentence:
-    """Return the line of a named fact."""
+    """Return the line of a named fact: the name in a column, then the text."""
     return Sentence(lead=f"{name:<{_FACT_WIDTH}}", text=text, hang=_FACT_WIDTH, kind="line")
 
 
 def _judged(judged: CheckGroup) -> Sentence:
     """Return the line of a group of checks; names of failed checks are highlighted."""
     head, names = _STATUS_HEADS[judged.status], ", ".join(judged.names)
-    unmade = "not evaluated, " if judged.status == "not evaluated" else ""
-    text = names
+    lead, text = head, names
     if judged.meaning:
-        text = f"{names}: {unmade}{judged.meaning.removesuffix('.')}."
-    named = f"{names}:" if judged.status == "fail" and judged.meaning else ""
-    return Sentence(
-        lead=head + named, text=text.removeprefix(named), hang=len(head), kind=judged.status
-    )
+        prefix = "not evaluated, " if judged.status == "not evaluated" else ""
+        meaning = f" {prefix}{judged.meaning.removesuffix('.')}."
+        if judged.status == "fail":  # the lead is highlighted
+            lead, text = f"{head}{names}:", meaning
+        else:
+            text = f"{names}:{meaning}"
+    return Sentence(lead=lead, text=text, hang=len(head), kind=judged.status)
 
 
 def plain_text(document: Document) -> str:
-    """Return the blocks as text, with a blank line between them."""
+    """Return the blocks of a document as plain text, with a blank line between them."""
     blocks = ("\n".join(map(_text, block_lines(block))) for block in document)
     return "\n\n".join(filter(None, blocks)) + "\n"
 
 
 def _text(line: Sentence | Grid) -> str:
-    """Return a line wrapped at the page width; longer words, such as paths, stay whole."""
+    """Return a line wrapped at the page width, or a table; long words, such as paths, stay whole.
+
+    A table that is too wide is split.
+    """
     if isinstance(line, Grid):
         return "\n\n".join(map(_table, line.pages(_TABLE_WIDTH)))
     if not line.filled:
@@ -218,13 +234,12 @@ def _table(texts: Grid) -> str:
     rows = [texts.heads, *texts.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(texts.heads))]
     rule = "-" * (sum(widths) + COLUMN_GAP * (len(widths) - 1))
-    head, *others = (
-        (" " * COLUMN_GAP)
-        .join(
+    lines = []
+    for row in rows:
+        cells = [
             text.ljust(width) if align == "left" else text.rjust(width)
             for text, width, align in zip(row, widths, texts.aligns, strict=True)
-        )
-        .rstrip()
-        for row in rows
-    )
+        ]
+        lines.append((" " * COLUMN_GAP).join(cells).rstrip())
+    head, *others = lines
     return "\n".join([head, rule, *others])

@@ -1,6 +1,6 @@
 """Figures as data.
 
-In: a result. Out: `Plot`. Knows nothing of Matplotlib and pages.
+In: a result. Out: a `Plot`. Knows nothing of Matplotlib and pages.
 """
 
 from .fit_and_residuals import (

@@ -19,8 +19,8 @@ from axisid.support.missing import Missing
 
 from .plot import TITLES, Panel, Plot, PlotSeries, broken, labelled, line, paired
 
-_GAP = 1.5  # rows
-_WIDE = 2.0  # standard errors of the mean
+_GAP = 1.5  # periods of the rows; a larger step in time is a gap
+_WIDE = 2.0  # half width of a band, in standard errors of the mean
 
 
 def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
@@ -32,19 +32,17 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
     ----------
     estimate : Estimate
     beside : sequence of Estimate
-        Other estimates of the same quantity on the same rows, shown on request.
+        Other estimates of the same quantity on the same rows, which a page shows on request.
     """
     left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
     name, light = estimate.method.upper(), estimate.light_rows
-    error = line(f"residual, {name}", time, estimate.residuals, "error")
-    # The fit by output error is the simulated loop.
-    of = "simulation" if estimate.by_output_error else "equation"
-    loop = (
-        ()
-        if estimate.by_output_error or isinstance(estimate.simulated, Missing)
-        else (line("simulated loop", time, estimate.simulated, "warm"),)
-    )
-    little = replace(
+    residual = line(f"residual, {name}", time, estimate.residuals, "error")
+    # By output error (DIDIM), the reconstructed force is that of the simulated loop.
+    kind = "simulation" if estimate.by_output_error else "equation"
+    loop: tuple[PlotSeries, ...] = ()
+    if not (estimate.by_output_error or isinstance(estimate.simulated, Missing)):
+        loop = (line("simulated loop", time, estimate.simulated, "warm"),)
+    low_weight = replace(
         line("rows with low weight", time[light], estimate.residuals[light], "warm"),
         kind="points",
     )
@@ -52,14 +50,14 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         line(f"reconstructed, {each.method.upper()}", time, each.y - each.residuals, "other")
         for each in beside
     ]
-    errors = [
+    other_residuals = [
         line(f"residual, {each.method.upper()}", time, each.residuals, "other") for each in beside
     ]
     gaps = time[:-1][np.diff(time) > _GAP * estimate.row_period]
     plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
-        caption=f"{name} on the fitted rows. The {of} error is "
+        caption=f"{name} on the fitted rows. The {kind} error is "
         f"{estimate.equation_error_percent:.3g} % of the {left} (rms). The upper panel shows the "
         f"residual on the scale of the {left}, the lower panel on its own scale.",
         x_label="time [s]",
@@ -72,7 +70,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
                         line(f"reconstructed, {name}", time, estimate.y - estimate.residuals),
                         broad=True,
                     ),
-                    error,
+                    residual,
                     *(replace(each, aside=True) for each in (*others, *loop)),
                 ),
                 weight=2.0,
@@ -80,9 +78,9 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
             Panel(
                 label=labelled("residual", unit),
                 series=(
-                    error,
-                    *(replace(each, aside=True) for each in errors),
-                    *((little,) if light.any() else ()),
+                    residual,
+                    *(replace(each, aside=True) for each in other_residuals),
+                    *((low_weight,) if light.any() else ()),
                 ),
             ),
         ),
@@ -99,8 +97,8 @@ def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
         name="autocorrelation",
         title="Autocorrelation of the residuals",
         caption=f"{estimate.method.upper()}. 95 % of the values of independent residuals lie "
-        f"within the dashed lines. Durbin-Watson {tests.durbin_watson:.2f}, where 2 is "
-        f"independent.{_parted(estimate)}",
+        f"within the dashed lines. The Durbin-Watson statistic is {tests.durbin_watson:.2f}; it "
+        f"is 2 for independent residuals.{_missing_rows(estimate)}",
         x_label="lag [s]",
         panels=(
             Panel(
@@ -133,7 +131,8 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
         title=TITLES["spectrum"],
         caption=f"{estimate.method.upper()}. Welch's estimate of the power density. At frequencies "
         f"where the residuals are as large as the {left}, the model explains nothing. A narrow "
-        f"peak is a vibration or a ripple that the model does not contain.{_parted(estimate)}",
+        "peak is a vibration or a ripple that the model does not contain."
+        f"{_missing_rows(estimate)}",
         x_label="frequency [Hz]",
         panels=(
             Panel(
@@ -174,7 +173,7 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
         f"{starts.get(estimate.started, 'its start')} (iteration 0) and converges in "
         f"{len(steps) - 1} iterations. The upper panel shows the distance of each parameter from "
         "its final value in i.i.d. standard errors (sd). The iteration ends when no parameter "
-        f"moves by more than {CONVERGED.value:g} sd (dashed).",
+        f"changes by more than {CONVERGED.value:g} sd (dashed).",
         x_label="iteration",
         panels=(
             Panel(
@@ -197,16 +196,16 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
     )
 
 
-def _parted(estimate: Estimate | SavedEstimate) -> str:
-    """Return a sentence for a caption on places where rows are missing; empty without any.
+def _missing_rows(estimate: Estimate | SavedEstimate) -> str:
+    """Return a sentence for a caption on places where rows are missing; empty for none.
 
     Files do not contain these places, so the sentence is empty for a saved estimate.
     """
     breaks = len(estimate.neighbours.breaks) if isinstance(estimate, Estimate) else 0
     if not breaks:
         return ""
-    places = f"{breaks} place{'s' * (breaks > 1)}"
-    return f" Rows are missing in {places}; rows across a gap are not paired."
+    places = "1 place" if breaks == 1 else f"{breaks} places"
+    return f" Rows are missing in {places}; rows on both sides of a gap are not paired."
 
 
 def row_times(estimate: Estimate) -> Array:
@@ -223,24 +222,24 @@ def left_unit(estimate: Estimate) -> str:
 def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     """Return the figure of measured friction over velocity, with the fitted friction law.
 
-    Missing if it cannot be computed.
+    Missing, with the reason, if the friction cannot be computed.
     """
     found = friction_curve(result, estimate)
     if isinstance(found, Missing):
         return found
     q = result.axis.axis.coordinate
     v, mean, spread = found.binned.T
-    skipped = (
-        f" {found.skipped} rows near reversals, standstill and ends, which the fit excludes, are "
-        "not shown."
-        if found.skipped
-        else ""
-    )
+    skipped = ""
+    if found.skipped:
+        skipped = (
+            f" {found.skipped} rows near reversals, standstill and ends, which the fit excludes, "
+            "are not shown."
+        )
     return Plot(
         name="friction",
         title=TITLES["friction"],
-        caption="Recorded force minus the terms of the model without velocity, by "
-        f"{estimate.method.upper()}: rows, mean and standard deviation in bins of velocity, and "
+        caption="Recorded force minus those terms of the model that do not depend on the velocity, "
+        f"by {estimate.method.upper()}: rows, mean and standard deviation in bins of velocity, and "
         "the fitted law. Neighbouring bins that deviate from the law in the same direction show "
         f"friction that the law does not contain.{skipped}",
         x_label=labelled("velocity", f"{q.unit}/s"),
@@ -275,30 +274,29 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
 def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) -> Plot | Missing:
     """Return the figure of the mean residual over one period of the reference.
 
-    The band contains 95 % of the means for noise alone. A file does not contain the unit of the
-    residual.
+    The band contains 95 % of the means for noise alone.
 
     Parameters
     ----------
     estimate : Estimate or SavedEstimate
+        For a saved estimate, the figure has no unit, because files do not contain it.
     found : LackOfFit or None
-        The repeating residual; None if the reference does not repeat, and the figure is then
-        Missing.
+        The repeating residual; None if the reference does not repeat. The figure is then Missing.
     """
     left = "acceleration" if estimate.is_direct else "force"
     unit = left_unit(estimate) if isinstance(estimate, Estimate) else ""
     if found is None:
         return Missing("the reference of the record does not repeat, or is not recorded")
-    reach = _WIDE * found.noise / np.sqrt(found.count)
-    named = f" {unit}" if unit else ""
-    when = "a period" if found.period is None else f"the period of {found.period:.4g} s"
+    half_width = _WIDE * found.noise / np.sqrt(found.count)
+    noise = f"{found.noise:.2g} {unit}".rstrip()
+    period = "a period" if found.period is None else f"the period of {found.period:.4g} s"
     plot = Plot(
         name="repeats",
         title=TITLES["repeats"],
         caption=f"{estimate.method.upper()}: mean residual over up to {found.times} repeats, "
-        f"minus the residual of the filter, at each phase of {when}. The band contains 95 % of "
-        f"the means for noise of {found.noise:.2g}{named} (rms) alone. The part outside the band "
-        f"is model error: {100 * max(found.share, 0.0):.0f} % of the power of the residual.",
+        f"minus the residual of the filter, at each phase of {period}. The band contains 95 % of "
+        f"the means for noise of {noise} (rms) alone. The part outside the band is model error: "
+        f"{100 * max(found.share, 0.0):.0f} % of the power of the residual.",
         x_label="time [s]",
         panels=(
             Panel(
@@ -309,16 +307,16 @@ def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) ->
                         label="noise alone",
                         x=found.time,
                         y=np.zeros(len(found.time)),
-                        low=-reach,
-                        high=reach,
+                        low=-half_width,
+                        high=half_width,
                         tone="other",
                     ),
                 ),
             ),
         ),
     )
-    apart = np.diff(found.time) > _GAP * estimate.row_period
-    return broken(plot, list(found.time[:-1][apart] + estimate.row_period / 2))
+    is_gap = np.diff(found.time) > _GAP * estimate.row_period
+    return broken(plot, list(found.time[:-1][is_gap] + estimate.row_period / 2))
 
 
 def output_plot(fit: OutputFit, record: int = 0) -> Plot:
@@ -344,7 +342,10 @@ def output_plot(fit: OutputFit, record: int = 0) -> Plot:
 
 
 def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Panel]:
-    """Return the panels of one output: recorded and simulated, and their difference."""
+    """Return the panels of one output: recorded and simulated, and their difference.
+
+    `record` and `place` are the indices of the record and of the output.
+    """
     own, rows = fit.records[record], fit.predictions.samples[record]
     output, unit = fit.outputs[place], fit.predictions.units[place]
     recorded = measured_output(output, fit.axis, own)[-1][rows]

@@ -14,26 +14,16 @@ from axisid.support.missing import Missing
 
 from .plot import TITLES, Panel, Plot, PlotSeries, Tone, labelled, paired
 
-_REACH = 5.0  # standard errors to either side of a histogram
-
-
+_REACH = 5.0  # half width of a histogram, in standard errors
 _BINS = (10, 60)  # smallest and largest number of bins; between them the root of the runs
-
-
-_LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])
-
-
-_FINE = 20  # points of a bar
-
-
-_MOST_POINTS = 300
-
-
-_FEWEST_RUNS = 10
+_LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])  # of confidence intervals
+_FINE = 20  # points that draw one bar of a histogram
+_MOST_POINTS = 300  # points of the mean error over the runs
+_FEWEST_RUNS = 10  # with fewer there is no figure
 
 
 def method_title(method: str) -> str:
-    """Return the name of a method in figures: ``IDM-IV``; of a fit ``fit:control``."""
+    """Return the name of a method in figures: ``IDM-IV``, or ``fit:control`` for a fit."""
     return method if fitted_output(method) else method.upper()
 
 
@@ -55,9 +45,9 @@ def monte_carlo_plot(result: MonteCarlo, name: str) -> Plot | Missing:
 
 
 def _by_parameter(result: MonteCarlo) -> list[tuple[str, str, dict[str, int]]]:
-    """Return each parameter as name, unit and, by method, its index among the estimands.
+    """Return each parameter with a known true value: name, unit, and index by method.
 
-    Only parameters whose true value is known are included.
+    The index is that of the pair of parameter and method among the estimands of the study.
     """
     found = grouped(
         ((each.name, each.unit), (each.method, place))
@@ -74,15 +64,15 @@ def _panels(
     *beside: PlotSeries,
     levels: tuple[float, ...] = (),
 ) -> tuple[Panel, ...]:
-    """Return one panel per parameter, with one curve per method.
+    """Return one panel per parameter, with one curve per method; the first has the legend.
 
     Parameters
     ----------
     result : MonteCarlo
     label : callable
-        Label of y, from name and unit of a parameter.
+        Returns the label of y, from name and unit of a parameter.
     series : callable
-        Curve, from the index of the estimand, its label in the legend and its tone.
+        Returns the curve, from the index of the estimand, its label in the legend and its tone.
     *beside : PlotSeries
         Further series of each panel.
     levels : tuple of float
@@ -114,6 +104,7 @@ def _errors(result: MonteCarlo) -> Plot:
     bars = np.minimum(np.arange(len(x)) // _FINE, bins - 1)
 
     def density(place: int, label: str, tone: Tone) -> PlotSeries:
+        """Return the histogram of the errors of one estimand, as steps."""
         errors = np.clip(result.normalised(place), -_REACH, _REACH)
         share = np.histogram(errors, edges)[0] / max(len(errors), 1) / np.diff(edges)
         return PlotSeries(label=label, x=x, y=share[bars], tone=tone)
@@ -135,6 +126,8 @@ def _coverage(result: MonteCarlo) -> Plot:
     percent = 100 * _LEVELS
 
     def shares(place: int, label: str, tone: Tone) -> PlotSeries:
+        """Return the coverage of the intervals of one estimand, with Wilson's intervals."""
+        # An interval contains the truth if its level is above this two-sided probability.
         inside = 2 * ndtr(np.abs(result.normalised(place))) - 1
         found = [Share.of_truths(inside <= level) for level in _LEVELS]
         low, high = 100 * np.array([share.interval for share in found]).T
@@ -157,6 +150,7 @@ def _bias(result: MonteCarlo) -> Plot:
     """Return the figure of the mean error over the number of runs."""
 
     def running(place: int, label: str, tone: Tone) -> PlotSeries:
+        """Return the mean error of one estimand over the runs so far."""
         errors = result.corrected[:, place] - result.truths[place]
         there = np.flatnonzero(np.isfinite(errors))
         ends = np.unique(np.linspace(min(2, len(there)), len(there), _MOST_POINTS).astype(int))

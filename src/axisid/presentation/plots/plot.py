@@ -19,7 +19,7 @@ Tone: TypeAlias = Literal["measured", "model", "error", "other", "warm", "violet
 TONES: tuple[Tone, ...] = ("model", "error", "other", "warm", "violet", "measured")
 
 #: Name of the shaded stretches in a legend.
-SHADED = "left out"
+SHADED = "not used"
 #: Titles of figures that some results lack; a page gives the reason under the title.
 TITLES = MappingProxyType(
     {
@@ -52,6 +52,7 @@ class PlotSeries:
     broad : bool
         True if drawn broad and below the others, so that both are visible if they agree.
     dashed : bool
+        True for a dashed line.
     aside : bool
         True if the series is shown on request only: it is not drawn in files, and is hidden at
         first on the page.
@@ -78,7 +79,7 @@ class Panel:
     label : str
         Quantity and unit of y: ``force [N]``.
     series : tuple of PlotSeries
-        In the order of the legend, drawn from the lowest to the topmost, broad ones first.
+        In the order of the legend. Later ones are drawn above earlier ones, broad ones lowest.
     levels : tuple of float
         Values of y with a dashed line, for example bounds.
     log : bool
@@ -113,9 +114,9 @@ class Plot:
     log : bool
         True for a logarithmic x axis.
     shaded : tuple of (float, float)
-        Stretches of x that were left out.
+        Stretches of x that are not used.
     marks : tuple of (float, str)
-        Values of x with a name.
+        Values of x that are marked by a line with a name.
     whole : bool
         True if ticks of x are whole numbers.
     """
@@ -132,7 +133,7 @@ class Plot:
 
 
 def labelled(quantity: str, unit: str) -> str:
-    """Return the label of an axis of a figure: ``quantity [unit]``."""
+    """Return the label of an axis of a figure: ``quantity [unit]``; without a unit the quantity."""
     return f"{quantity} [{readable_unit(unit)}]" if unit else quantity
 
 
@@ -147,7 +148,10 @@ def with_series(plot: Plot, change: Callable[[PlotSeries], PlotSeries]) -> Plot:
 
 
 def broken(plot: Plot, places: Sequence[float]) -> Plot:
-    """Return the plot with its lines interrupted at values of x where samples are missing."""
+    """Return the plot with its lines interrupted at values of x where samples are missing.
+
+    `places` are these values of x.
+    """
     return with_series(plot, lambda series: _broken_line(series, places)) if places else plot
 
 
@@ -155,10 +159,11 @@ def _broken_line(series: PlotSeries, places: Sequence[float]) -> PlotSeries:
     """Return a line interrupted at values of x by NaN; points and stems are unchanged."""
     if series.kind != "line":
         return series
-    inside = [p for p in places if series.x[0] < p < series.x[-1]]
+    inside = [place for place in places if series.x[0] < place < series.x[-1]]
     at = np.searchsorted(series.x, inside)
 
     def with_breaks(values: Array | None) -> Array | None:
+        """Return values with NaN at the breaks; None stays None."""
         return None if values is None else np.insert(values, at, np.nan)
 
     return replace(
@@ -171,7 +176,7 @@ def _broken_line(series: PlotSeries, places: Sequence[float]) -> PlotSeries:
 
 
 def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> PlotSeries:
-    """Return a series that is a plain line."""
+    """Return a series that is a plain line without a band."""
     return PlotSeries(label=label, x=np.asarray(x, float), y=np.asarray(y, float), tone=tone)
 
 

@@ -26,7 +26,7 @@ from .fit_and_residuals import (
 )
 from .plot import TITLES, Panel, Plot, PlotSeries, Tone, broken, labelled, line, paired
 
-_ROOM = 1.0  # around the range of the IV estimates, relative to it
+_ROOM = 1.0  # free space above and below the IV estimates, relative to their range
 _OF_ALL = ("convergence", "sweep")  # figures of all records together
 
 
@@ -124,7 +124,7 @@ def record_plot(result: Identification) -> Plot:
     time, q = _times(record), result.axis.axis.coordinate
 
     def drawn(role: str, values: Array) -> tuple[Array, Array]:
-        """Return times and values; for windows of a log those of the whole log."""
+        """Return times and values of a role; for windows of a log, those of the whole log."""
         whole = record.around.get(role)
         if whole is None or whole.clock is None:
             return time, values
@@ -149,7 +149,10 @@ def record_plot(result: Identification) -> Plot:
             record.injected,
             "other",
         ),
-        *((s.name, s.unit, record.signals.get(s.name), "violet") for s in result.axis.axis.signals),
+        *(
+            (signal.name, signal.unit, record.signals.get(signal.name), "violet")
+            for signal in result.axis.axis.signals
+        ),
     )
     plot = Plot(
         name="record",
@@ -182,8 +185,8 @@ def _record_caption(result: Identification) -> str:
         source = "recorded"
     sentences = (
         f"{len(record)} unfiltered samples of {1e3 * record.period:.6g} ms. Force: {source}.",
-        f"Shaded: {unused} samples without weight in the fit; rows that overlap them keep the "
-        "weight of their other samples."
+        f"Shaded: {unused} samples without weight in the fit. Rows that contain such samples keep "
+        "the weight of their other samples."
         if unused
         else "",
         f"The rest of the log is also shaded; only {windows_text(record.windows)} is used."
@@ -225,44 +228,46 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
 
 def _curves(sweep: Sweep, name: str) -> tuple[PlotSeries, ...]:
     """Return one parameter over the cut-offs: least squares (dashed) first, then IV estimates."""
-    found = {
-        method: {
-            cutoff: estimate
-            for cutoff, estimate in zip(sweep.cutoffs, sweep.estimates(method), strict=True)
-            if estimate is not None
-        }
-        for method in sweep.methods
+    # Estimates by method and cut-off, without cut-offs that have none.
+    found: dict[str, dict[float, Estimate]] = {}
+    for method in sweep.methods:
+        swept = zip(sweep.cutoffs, sweep.estimates(method), strict=True)
+        found[method] = {cutoff: estimate for cutoff, estimate in swept if estimate is not None}
+    uses_loop = {
+        method: next(iter(by_cutoff.values())).Z is not None for method, by_cutoff in found.items()
     }
-    by_loop = {m: next(iter(of.values())).Z is not None for m, of in found.items()}
-    tones = dict(paired(sorted(found, key=by_loop.__getitem__, reverse=True)))
-    values = {m: [each.parameters[name] for each in of.values()] for m, of in found.items()}
-    return tuple(
-        PlotSeries(
-            label=method.upper(),
-            x=np.array([*found[method]]),
-            y=np.array([value.corrected for value in values[method]]),
-            low=np.array([value.interval[0] for value in values[method]]),
-            high=np.array([value.interval[1] for value in values[method]]),
-            tone=tones[method],
-            dashed=not by_loop[method],
+    # IV estimates have the first tones, but are drawn last.
+    tones = dict(paired(sorted(found, key=uses_loop.__getitem__, reverse=True)))
+    curves = []
+    for method in sorted(found, key=uses_loop.__getitem__):
+        values = [estimate.parameters[name] for estimate in found[method].values()]
+        curves.append(
+            PlotSeries(
+                label=method.upper(),
+                x=np.array([*found[method]]),
+                y=np.array([value.corrected for value in values]),
+                low=np.array([value.interval[0] for value in values]),
+                high=np.array([value.interval[1] for value in values]),
+                tone=tones[method],
+                dashed=not uses_loop[method],
+            )
         )
-        for method in sorted(found, key=by_loop.__getitem__)
-    )
+    return tuple(curves)
 
 
 def _span(curves: Sequence[PlotSeries]) -> tuple[float, float] | None:
-    """Return the range of y that shows the IV estimates with room around them.
+    """Return the range of y that shows the IV estimates, with free space around them.
 
     None if the whole range can be shown, or if there are no IV estimates.
     """
     low, high = _bounds(curves)
-    instruments = [curve for curve in curves if not curve.dashed]
-    if not instruments:
+    iv_curves = [curve for curve in curves if not curve.dashed]
+    if not iv_curves:
         return None
-    first, last = _bounds(instruments)
-    room = _ROOM * (last - first)
-    seen = max(low, first - room), min(high, last + room)
-    return None if seen == (low, high) else seen
+    iv_low, iv_high = _bounds(iv_curves)
+    room = _ROOM * (iv_high - iv_low)
+    span = max(low, iv_low - room), min(high, iv_high + room)
+    return None if span == (low, high) else span
 
 
 def _bounds(curves: Sequence[PlotSeries]) -> tuple[float, float]:
@@ -272,20 +277,25 @@ def _bounds(curves: Sequence[PlotSeries]) -> tuple[float, float]:
 
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
-    """Return the caption of a sweep; `cut` states whether a panel does not show all values."""
-    same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
+    """Return the caption of a sweep; `cut` is True if a panel does not show all values."""
+    same: dict[str, str] = {}  # methods that give the estimate of another method
+    for result in sweep.results:
+        same |= same_estimates([*result.estimates])
     sentences = (
         "Estimates minus the bias of filter and noise, with 95 % intervals.",
         "Least squares drifts when noise begins to bias it; IV estimates do not.",
         "The scale follows the IV estimates; least squares may lie outside a panel." if cut else "",
-        *(f"{k.upper()} and {v.upper()} are the same estimate." for k, v in same.items()),
+        *(
+            f"{one.upper()} and {other.upper()} are the same estimate."
+            for one, other in same.items()
+        ),
         f"Recommended: {sweep.recommendation}.",
     )
     return " ".join(filter(None, sentences))
 
 
 def _times(record: Record) -> Array:
-    """Return the time of each sample, (N,), s, since the first one.
+    """Return the time of each sample since the first sample, (N,), s.
 
     For windows of a log it is the time of the log.
     """

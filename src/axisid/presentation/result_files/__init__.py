@@ -1,7 +1,8 @@
 """Results as plain data: written as JSON, described by a schema, and read back.
 
-In: a result, or a JSON file. Out: its document; results that are summarised, drawn, validated and
-exported like live ones; the JSON schema. Knows nothing of how statistics are computed.
+In: a result, or a JSON file. Out: its document; results read from files that can be summarised,
+drawn, validated and exported like live ones; the JSON schema. Knows nothing of how statistics are
+computed.
 """
 
 from .checks import read_checks as read_checks

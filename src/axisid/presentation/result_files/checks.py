@@ -31,7 +31,7 @@ class WrittenCheck(JsonObject, frozen=True, kw_only=True):
 
 
 def written_checks(checks: Iterable[Check]) -> tuple[WrittenCheck, ...]:
-    """Return checks as parts of a document."""
+    """Return checks as parts of a document; settings in sentences are spelled as in Python."""
     with settings_in_python():
         return tuple(
             written_as(WrittenCheck, check, finding=finding_data(check.finding)) for check in checks
@@ -67,7 +67,7 @@ def finding_data(finding: Finding) -> dict[str, Any] | UnsetType:
 
 
 def _with_kinds(value: object) -> Any:
-    """Return a value as plain data, with the kind of each finding in it."""
+    """Return a value as plain data, in which each finding has its class as member ``kind``."""
     if is_dataclass(value) and not isinstance(value, type):
         members = {field.name: _with_kinds(getattr(value, field.name)) for field in fields(value)}
         if isinstance(value, Finding):

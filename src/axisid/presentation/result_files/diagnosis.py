@@ -92,17 +92,21 @@ def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
         **record_members(diagnosis),
         "model_bands": {
-            method: dict(of_one) for method, of_one in diagnosis.bands.items() if of_one
+            method: dict(by_parameter)
+            for method, by_parameter in diagnosis.bands.items()
+            if by_parameter
         }
         or UNSET,
         "with_missing_terms": dict(diagnosis.with_missing_terms) or UNSET,
-        "differences": {pair: dict(of_one) for pair, of_one in diagnosis.differences.items()}
+        "differences": {
+            pair: dict(by_parameter) for pair, by_parameter in diagnosis.differences.items()
+        }
         or UNSET,
     }
 
 
 def record_members(found: RecordDiagnosis) -> dict[str, Any]:
-    """Return the diagnostics that a record and a whole result both have, by member."""
+    """Return the diagnostics that single records and whole results both have, by member."""
     profile = found.alignment
     return {
         "law_check": written_law(found.law),

@@ -1,4 +1,4 @@
-"""The estimate of one method in a file: everything that does not need the rows of the record.
+"""Estimates of one method as documents, written and read, without the rows of the record.
 
 The names of a document's members are a contract with other programs.
 """
@@ -232,7 +232,7 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     ]
     theta_ddm_gain_slopes: Annotated[
         Mapping[str, float] | None,
-        about("Derivatives of the parameters of the direct model, likewise."),
+        about("Derivatives of the parameters of the direct model by the same logarithm."),
     ]
 
 
@@ -251,11 +251,12 @@ def written_estimate(
     ----------
     estimate : Estimate
     drawn : mapping of str to Drawn, optional
-        Summary of draws by parameter.
+        Summary of draws by parameter; None or UNSET for none.
     physical : WrittenPhysical, optional
-        Declared parameters calculated from the estimate.
+        Declared parameters calculated from the estimate; UNSET for none.
     """
-    names, direct = ([q.name for q in of] for of in (estimate.quantities, estimate.ddm_quantities))
+    names = [quantity.name for quantity in estimate.quantities]
+    direct = [quantity.name for quantity in estimate.ddm_quantities]  # empty for an inverse model
     return written_as(
         WrittenEstimate,
         estimate,
@@ -299,9 +300,9 @@ def written_estimate(
 
 
 def _covariance_notes(written: WrittenEstimate) -> Mapping[str, CovarianceNote]:
-    """Return the notes on the covariances in a file by name.
+    """Return the notes on the covariances in a file, by the name of the covariance.
 
-    Files of earlier versions have only their text, which becomes the label of a note.
+    Files of earlier versions have only texts, which become labels of notes.
     """
     if isinstance(written.covariance_notes, UnsetType):
         texts = written.covariance_names.items()
@@ -310,12 +311,15 @@ def _covariance_notes(written: WrittenEstimate) -> Mapping[str, CovarianceNote]:
 
 
 def _slopes(names: Iterable[str], slopes: Array | None) -> dict[str, float] | None:
-    """Return the derivatives by the logarithm of the gain by name; None without them."""
+    """Return the derivatives by the logarithm of the drive gain, by parameter; None without any."""
     return None if slopes is None else by_name(names, slopes)
 
 
 def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
-    """Return the document of declared parameters calculated from base and known ones."""
+    """Return the document of declared parameters that are calculated from base parameters.
+
+    `chosen` is the name of the chosen covariance.
+    """
     return written_as(
         WrittenPhysical,
         physical,
@@ -331,7 +335,7 @@ def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
 
 
 def left_out(axis: GeneratedAxis) -> dict[str, float]:
-    """Return the values of the parameters that were left out, by name."""
+    """Return the values of the parameters that were left out of an axis, SI, by name."""
     return {p.name: p.known for p in axis.declared.left_out if p.known is not None}
 
 
@@ -356,7 +360,15 @@ def _further(
 
 
 def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
-    """Return the document of a number with unit, standard errors and interval."""
+    """Return a number with unit, standard errors and interval as part of a document.
+
+    Parameters
+    ----------
+    kind : type of WrittenValue
+    value : Value
+    **others
+        Members of `kind` that a `Value` does not have.
+    """
     return written_as(
         kind,
         value,
@@ -400,12 +412,25 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
 
     @classmethod
     def of(cls, written: WrittenEstimate, row_period: float) -> "SavedEstimate":
-        """Return the estimate that is written in a result file; `row_period` in s."""
+        """Return the estimate of a document.
+
+        Parameters
+        ----------
+        written : WrittenEstimate
+        row_period : float
+            Time between rows, s.
+
+        Raises
+        ------
+        DataError
+            Members of the document have different parameters.
+        """
         _check_whole(written)
         chosen, direct = written.chosen_covariance, written.theta_ddm or {}
-        made = written.physical.base if written.physical else {}
-        names, free = [*written.parameters], written.freedom or {}
-        usual, slopes = written.rows - len(direct or names), written.gain_slopes
+        combined = written.physical.base if written.physical else {}
+        names, freedom = [*written.parameters], written.freedom or {}
+        default_freedom = float(written.rows - len(direct or names))
+        slopes = written.gain_slopes
         covariances = arrays(
             {
                 **(written.covariances or {}),
@@ -415,7 +440,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
             }
         )
         quantities = tuple(
-            Quantity(name=name, unit=v.unit, expression=made.get(name, ""))
+            Quantity(name=name, unit=v.unit, expression=combined.get(name, ""))
             for name, v in written.parameters.items()
         )
         physical = np.array([v.value for v in written.parameters.values()])
@@ -440,7 +465,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
                 quantities=quantities,
                 theta=physical,
                 covariances=covariances,
-                freedom={chosen: np.array([free.get(name, float(usual)) for name in names])},
+                freedom={chosen: np.array([freedom.get(name, default_freedom) for name in names])},
                 chosen=chosen,
                 bias=np.array(biases) if len(biases) == len(names) else None,
                 by_gain=None
@@ -466,11 +491,11 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
 
     @property
     def covariance_names(self) -> Mapping[str, str]:
-        """Return the description of each covariance as text."""
+        """Return the description of each covariance as text, by name."""
         return {name: covariance_text(note) for name, note in self.covariance_notes.items()}
 
     def part(self, joint: JointForm, place: int) -> "SavedEstimate":
-        """Return the estimate of the parameters of one of several records.
+        """Return the estimate of the parameters that apply to one of several records.
 
         Parameters
         ----------
@@ -497,9 +522,9 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         )
 
     def derive(self, function: FunctionLike) -> Value:
-        """Return any function of the physical parameters, with its unit and interval.
+        """Return a function of the physical parameters, with its unit and interval.
 
-        Like `Estimate.derive`, by the delta method, for every covariance.
+        It is calculated by the delta method for every covariance, as in `Estimate.derive`.
 
         Parameters
         ----------
@@ -523,7 +548,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         )
 
     def propagate(self, function: str, *, draws: int | None = None) -> DrawSummary:
-        """Return the summary of the draws of a parameter in the file.
+        """Return the summary of the draws of a parameter that the file contains.
 
         Parameters
         ----------
@@ -540,16 +565,16 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         written, value = self.document.drawn or {}, self.parameters.get(function)
         if value is None or not is_among(function, written):
             raise UsageError(
-                f"the file contains no draws of {quoted(function)} by {self.method}; identify "
+                f"the file contains no draws of {quoted(function)} by {self.method}. Identify "
                 "again and save with draws=2000.",
                 code="result-file",
             )
         drawn = written[function]
-        held = drawn.draws + drawn.lost
-        if not (draws is None or (is_whole(draws) and draws == held)):
+        number = drawn.draws + drawn.lost
+        if not (draws is None or (is_whole(draws) and draws == number)):
             raise UsageError(
-                f"the file contains {held} draws of {function!r} by {self.method}, not "
-                f"{quoted(draws)}; identify again and save with that number.",
+                f"the file contains {number} draws of {function!r} by {self.method}, but draws is "
+                f"{quoted(draws)}. Omit draws, or identify again and save with the other number.",
                 code="result-file",
             )
         return DrawSummary(value=value.value, unit=value.unit, **asdict(drawn))
@@ -613,12 +638,15 @@ def _check_whole(written: WrittenEstimate) -> None:
 
 
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:
-    """Return the matrices of a file, by name."""
+    """Return the matrices of a file as arrays, by name."""
     return {name: np.array(matrix) for name, matrix in written.items()}
 
 
 def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> NamedValues:
-    """Return values by name, as in an estimate; `chosen` is the covariance of their intervals."""
+    """Return the values of a document by name, as in an estimate.
+
+    `chosen` is the name of the covariance of the intervals.
+    """
     return NamedValues(
         (
             name,

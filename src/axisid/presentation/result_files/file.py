@@ -1,4 +1,4 @@
-"""Reading of result files: parsed, checked, and joined with the axis for export."""
+"""Result files: read, checked against their schema, and joined with the identified axis."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -18,7 +18,7 @@ from axisid.modeling.parsing import load_axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import from_json
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.files import GIVE_RESULT, HOW_SAVED, WRITE_AGAIN, is_unchanged, read_result
+from axisid.support.files import GIVE_RESULT, WRITE_AGAIN, is_unchanged, read_result
 from axisid.support.wording import quoted
 
 from .identification import SavedIdentification, WrittenIdentification
@@ -32,24 +32,24 @@ from .studies import SavedMonteCarlo
 
 T = TypeVar("T")
 Expected = TypeVar("Expected", bound=JsonObject)
-_SHOWN = 40  # letters
+_SHOWN = 40  # letters of an unknown schema in a message
 
 
-#: Messages for documents that are not accepted, by their `schema_of`.
+#: Ends of the messages for documents that are not accepted, by their `schema_of`.
 _REFUSED = {
     "axisid.stream/1": (
-        "is the result of a log that was read in blocks; such results are no longer supported. "
-        "Identify the log again; if it is too large, use windows (--window FROM..TO)."
+        "is the result of a log that was read in blocks. Such results are no longer supported. "
+        "Identify the log again. If the log is too large, use windows (--window FROM..TO)."
     ),
     schema_of(WrittenOutputFit): (
-        "is a fit of an output, which has one estimate and no method; read it with "
-        "load_result, or give a result of identify."
+        "is a fit of an output, which has one estimate and no method. Read it with load_result, or "
+        "give a result of identify."
     ),
 }
 
 
 def read_document(file: Path, *expected: type[Expected]) -> Expected:
-    """Return the document of a result file, checked against the schema of its kind.
+    """Return the document of a result file, after a check against the schema of its kind.
 
     Parameters
     ----------
@@ -70,14 +70,14 @@ def read_document(file: Path, *expected: type[Expected]) -> Expected:
             return msgspec.json.decode(content, type=documents[found], dec_hook=from_json)
         except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
             raise DataError(
-                f"{file} does not match its schema: {_said(error)}. {WRITE_AGAIN}",
+                f"{file} does not match its schema: {_decoder_message(error)}. {WRITE_AGAIN}",
                 code="result-file",
             ) from error
     if found in _REFUSED:
         raise DataError(f"{file} {_REFUSED[found]}", code="result-file")
-    what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
+    schema = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
     raise DataError(
-        f"{file} is not the result of one identification ({what}, not "
+        f"{file} is not the result of one identification ({schema}; expected is "
         f"{schema_of(expected[0])!r}). {GIVE_RESULT}"
     )
 
@@ -95,18 +95,18 @@ def _schema(file: Path, content: bytes) -> str:
         members = found if isinstance(found, dict) else {}
         changed = not is_unchanged(members)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise DataError(f"{file} is not JSON: {_said(error)}. {GIVE_RESULT}") from error
+        raise DataError(f"{file} is not JSON: {_decoder_message(error)}. {GIVE_RESULT}") from error
     if changed:
         raise DataError(
             f"{file} was changed after it was written: its digest does not match its content. "
-            "Give the original file, or remove the member digest to read the file as it is.",
+            "Give the original file, or remove the member digest to read the changed file.",
             code="changed-result",
         )
     schema = members.get("schema")
     return schema if isinstance(schema, str) else ""
 
 
-def _said(error: Exception) -> str:
+def _decoder_message(error: Exception) -> str:
     """Return the message of a decoder as part of a sentence.
 
     For example ``expected float, got str at $.rows``.
@@ -118,7 +118,7 @@ def _said(error: Exception) -> str:
 def read_identification(file: str | Path) -> SavedIdentification:
     """Return the identification in a file, without its axis.
 
-    In addition to the schema it is checked that its parts are consistent.
+    The file is checked against its schema, and its parts are checked for consistency.
 
     Raises
     ------
@@ -132,37 +132,39 @@ def read_identification(file: str | Path) -> SavedIdentification:
 
 
 def _path(file: object) -> Path:
-    """Return the argument as a path; anything but a text or a path is refused."""
+    """Return the argument as a path; refuse anything but a text or a path."""
     if not isinstance(file, (str, Path)):
         raise UsageError(
-            f"the result is {quoted(file)}; give the file of a result of identify, {HOW_SAVED}.",
+            f"the result is {quoted(file)}; expected is the name of a file. {GIVE_RESULT}",
             code="result-file",
         )
     return Path(file)
 
 
 def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification:
-    """Return the identification of a document, after checks that its parts are consistent.
+    """Return the identification of a document, after a check that its parts are consistent.
 
     Raises
     ------
     DataError
         Parts contradict each other, or a covariance is unknown in this program.
     """
-    for estimate in document.estimates:  # it may be registered in another program
+    # Another program may have registered a covariance of its own.
+    for estimate in document.estimates:
         if estimate.chosen_covariance not in COVARIANCES:
             raise DataError(
                 f"{file} has intervals by the covariance {quoted(estimate.chosen_covariance)}, "
-                f"which is unknown here (known: {', '.join(COVARIANCES)}); "
-                "register it as in the program that wrote the file, or identify again.",
+                f"which is unknown in this program (known: {', '.join(COVARIANCES)}). Register "
+                "this covariance as in the program that wrote the file, or identify again.",
                 code="result-file",
             )
-    saved = _told(str(file), lambda: SavedIdentification.of(str(file), document))
-    _told(str(file), lambda: saved.summary(full=True))
+    saved = _evaluated(str(file), lambda: SavedIdentification.of(str(file), document))
+    # A summary needs all parts of a document.
+    _evaluated(str(file), lambda: saved.summary(full=True))
     return saved
 
 
-def _told(file: str, tell: Callable[[], T]) -> T:
+def _evaluated(file: str, function: Callable[[], T]) -> T:
     """Return the result of a function of a file's content; a failure is a fault of the file.
 
     Raises
@@ -171,13 +173,11 @@ def _told(file: str, tell: Callable[[], T]) -> T:
         The function fails.
     """
     try:
-        return tell()
+        return function()
     except (AxisidError, ArithmeticError, LookupError, TypeError, ValueError) as error:
-        problem = (
-            str(error).removesuffix(".")
-            if isinstance(error, AxisidError)
-            else f"no summary can be made of it ({type(error).__name__}: {error})"
-        )
+        problem = f"it has no summary ({type(error).__name__}: {error})"
+        if isinstance(error, AxisidError):
+            problem = str(error).removesuffix(".")
         raise DataError(
             f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="result-file"
         ) from error
@@ -202,13 +202,14 @@ def load_result(
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or SavedIdentification
         File written by ``axisid identify --json``, ``axisid fit --json``, ``axisid study --json``
-        or ``axisid fleet``, or ``result.to_dict()`` as JSON.
+        or ``axisid fleet``, or ``result.to_dict()`` as JSON. A result that was read before is
+        joined with the axis.
     axis : Axis, str or Path, optional
         The identified axis, or an argument of `load_axis`. An axis of the library is found
-        automatically. Without any other axis the estimates can be read, but not exported or
-        validated on another record.
+        automatically. Without the axis the estimates can be read, but not exported or validated on
+        another record.
 
     Returns
     -------
@@ -236,10 +237,10 @@ def load_result(
         case WrittenIdentification():
             return joined(_checked(file, document), axis)
         case WrittenOutputFit():
-            saved = _told(str(file), lambda: SavedOutputFit.of(str(file), document))
+            saved = _evaluated(str(file), lambda: SavedOutputFit.of(str(file), document))
         case SavedMonteCarlo() | SavedFitValidation():
             saved = document
-    _told(str(file), saved.summary)
+    _evaluated(str(file), saved.summary)
     return saved
 
 
@@ -267,19 +268,20 @@ def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> Saved
         return replace(saved, declared=None)
     source = document.axis if given is None else given
     axis = source if isinstance(source, Axis) else load_axis(source)
+    # The axis is the identified one if it gives the same generated code.
     model = derive(_as_identified(saved, axis))
-    made = signature(model)
-    if made == document.signature:
+    signature_now = signature(model)
+    if signature_now == document.signature:
         if given is not None:
             refuse_differences(saved, axis, model.base.known)
         return replace(saved, declared=model.base.declared)
     if given is None:
         return replace(saved, declared=None)
-    whose = "" if document.axis == axis.name else f" of the axis {document.axis!r}"
+    of_axis = "" if document.axis == axis.name else f" of the axis {document.axis!r}"
     raise UsageError(
-        f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "
-        f"the current declaration of {axis.name!r} has {made[:12]}; give the axis as it was "
-        "declared then, or identify again.",
+        f"{file} was identified with the generated code {document.signature[:12]}{of_axis}, but "
+        f"the current declaration of {axis.name!r} has {signature_now[:12]}. Give the axis as it "
+        "was declared then, or identify again.",
         code="result-file",
     )
 
@@ -299,18 +301,18 @@ def _as_identified(saved: SavedIdentification, axis: Axis) -> Axis:
 
 
 def _fixed(saved: SavedIdentification) -> Mapping[str, WrittenKnown]:
-    """Return the values declared as known, by name."""
+    """Return the values that were declared as known in an identification, by parameter."""
     physical = saved.document.estimates[0].physical
     return physical.fixed if physical else {}
 
 
-_SAME_DEVIATION = 1e-9  # relative, of two standard errors that were written as text
+_SAME_DEVIATION = 1e-9  # relative difference of two standard errors that count as equal
 
 
 def refuse_differences(
     saved: SavedIdentification, axis: Axis, known: Iterable[Parameter] = ()
 ) -> None:
-    """Refuse an axis with values outside the generated code that differ from the identified axis.
+    """Refuse an axis that differs from the identified axis in values outside the generated code.
 
     Parameters
     ----------
@@ -327,45 +329,47 @@ def refuse_differences(
         from those of the identification.
     """
     drive, found = axis.drive, saved.drive_time
-    was, is_now = (_figures(each) for each in (saved.drive, drive))
-    was |= {name: _known(v.value, v.sd) for name, v in _fixed(saved).items()}
-    is_now |= {p.name: _known(p.known, p.known_sd) for p in known}
+    # All values as texts by name, of the identified axis and of the given one.
+    identified, given = _drive_texts(saved.drive), _drive_texts(drive)
+    identified |= {name: _known_text(v.value, v.sd) for name, v in _fixed(saved).items()}
+    given |= {p.name: _known_text(p.known, p.known_sd) for p in known}
+    # An estimated time may be declared by its start value or by its estimate.
     if found is not None:
         start = found.parameter.nominal
-        was[f"the drive's {found.name}"] = _started(start)
+        identified[f"the drive's {found.name}"] = _estimated_text(start)
         if getattr(drive, found.name) in (start, found.value):
-            is_now[f"the drive's {found.name}"] = _started(start)
-    spread = saved.document.estimates[0].gain_relative_sd  # also 0 if the force was measured
-    if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
-        was["the drive's relative_sd"] = f"{spread:g}"
-        is_now["the drive's relative_sd"] = f"{drive.relative_sd:g}"
-    for name in {**was, **is_now}:
-        then, now = was.get(name, "free"), is_now.get(name, "free")
+            given[f"the drive's {found.name}"] = _estimated_text(start)
+    gain_sd = saved.document.estimates[0].gain_relative_sd  # also 0 if the force was measured
+    if gain_sd and not math.isclose(gain_sd, drive.relative_sd, rel_tol=_SAME_DEVIATION):
+        identified["the drive's relative_sd"] = f"{gain_sd:g}"
+        given["the drive's relative_sd"] = f"{drive.relative_sd:g}"
+    for name in {**identified, **given}:
+        then, now = identified.get(name, "free"), given.get(name, "free")
         if then != now:
             raise UsageError(
                 f"{saved.file} was identified with {name} {then}, but in the current declaration "
-                f"of {axis.name!r} it is {now}; give the axis as it was declared then, or identify "
+                f"of {axis.name!r} it is {now}. Give the axis as it was declared then, or identify "
                 "again.",
                 code="result-file",
             )
 
 
-def _known(value: float | None, sd: float) -> str:
-    """Return a known value with its standard error as text."""
+def _known_text(value: float | None, sd: float) -> str:
+    """Return a known value with its standard error as text: ``fixed at 1.5 +- 0.1``."""
     return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
 
 
-def _figures(drive: Drive) -> dict[str, str]:
-    """Return the drive's declared times, recorded point and command path as texts by name."""
+def _drive_texts(drive: Drive) -> dict[str, str]:
+    """Return the drive's times, place of the recorded control and command path as texts by name."""
     names = ("lag", "delay", "logged", *CommandPath.__dataclass_fields__)
-    figures = {f"the drive's {name}": str(getattr(drive, name)) for name in names}
+    texts = {f"the drive's {name}": str(getattr(drive, name)) for name in names}
     if drive.estimated is not None:
-        figures[f"the drive's {drive.estimated[0]}"] = _started(drive.estimated[1].nominal)
-    return figures
+        texts[f"the drive's {drive.estimated[0]}"] = _estimated_text(drive.estimated[1].nominal)
+    return texts
 
 
-def _started(nominal: float) -> str:
-    """Return a text on a time that is estimated from a start value."""
+def _estimated_text(nominal: float) -> str:
+    """Return a text on a time of the drive that is estimated, with its start value."""
     return f"estimated from {nominal:g}"
 
 
@@ -376,6 +380,7 @@ class FittedAxis:
     Attributes
     ----------
     model : AxisModel
+        Declared axis with its derived models.
     signature : str
         Signature of the generated code of the identification.
     source, sha256 : str
@@ -391,13 +396,13 @@ class FittedAxis:
     result: Identification | SavedIdentification
 
     def values(self, method: str) -> dict[str, Value]:
-        """Return every value of a method by name, the estimated parameters first.
+        """Return every value by a method, by name, the estimated parameters first.
 
         A value that was calculated with known parameters replaces the estimate.
         """
         physical = self.result.physical
-        more = physical[method].parameters if method in physical else {}
-        return {**self.result.estimates[method].parameters, **more}
+        calculated = physical[method].parameters if method in physical else {}
+        return {**self.result.estimates[method].parameters, **calculated}
 
 
 def fitted_axis(
@@ -430,8 +435,8 @@ def fitted_axis(
     saved = result if isinstance(result, SavedIdentification) else read_identification(result)
     if axis is not None or saved is not result:
         saved = joined(saved, axis)
-    of_one = saved if record is None else saved.part(record)
-    return _fitted(of_one, of_one.own_axis, of_one.signature)
+    part = saved if record is None else saved.part(record)
+    return _fitted(part, part.own_axis, part.signature)
 
 
 def _fitted(
@@ -439,15 +444,27 @@ def _fitted(
 ) -> FittedAxis:
     """Return a result with the models of its axis.
 
+    Parameters
+    ----------
+    result : Identification or SavedIdentification
+    declared : Axis
+        Declaration of the identified axis.
+    signature : str
+        Signature of the generated code of the identification.
+
     Raises
     ------
     UsageError
         Records have different parameters.
     """
-    if names := [*result.local_names, *(n for one in result.of_records[:1] for n in one.known)]:
+    names = [*result.local_names]
+    if result.of_records:
+        names += result.of_records[0].known
+    if names:
+        have = "has" if len(names) == 1 else "have"
         raise UsageError(
-            f"{', '.join(names)} {'has' if len(names) == 1 else 'have'} a separate value for "
-            "each record, so there is no single set of parameters; name a record: record=1.",
+            f"{', '.join(names)} {have} a separate value for each record, so there is no single "
+            "set of parameters. Name a record: record=1.",
             code="export",
         )
     origin = result.record.provenance

@@ -177,7 +177,7 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
     lack_of_fit: LackOfFit | UnsetType = UNSET
     measured_motion: Annotated[
         Mapping[str, ColumnComparison] | UnsetType,
-        about("A measured velocity and acceleration beside what is differentiated, by role."),
+        about("Comparison of a measured velocity and acceleration with derivatives, by role."),
     ] = UNSET
 
 
@@ -238,7 +238,7 @@ class WrittenIdentification(
     ] = UNSET
     measured_motion: Annotated[
         Mapping[str, ColumnComparison] | UnsetType,
-        about("A measured velocity and acceleration beside what is differentiated, by role."),
+        about("Comparison of a measured velocity and acceleration with derivatives, by role."),
     ] = UNSET
     skipped: Annotated[
         Mapping[str, str],
@@ -276,14 +276,14 @@ class WrittenIdentification(
     ] = UNSET
 
 
-def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
+def _member(result: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
     """Return one of several records as part of a document."""
     return written_as(
         WrittenMember,
-        of_one,
-        record=written_record(of_one.record),
-        prefilter=written_prefilter(of_one.sampling),
-        known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in of_one.known.items()},
+        result,
+        record=written_record(result.record),
+        prefilter=written_prefilter(result.sampling),
+        known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in result.known.items()},
         apart=None if isinstance(diagnosis.apart, Missing) else diagnosis.apart,
         **record_members(diagnosis),
     )
@@ -336,11 +336,12 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
 def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
     """Return the drive's response to its commands as part of a document.
 
-    Unset if the force follows each command at once.
+    UNSET if the force follows each command at once. `found` is the estimated time of the drive;
+    None if no time is estimated.
     """
     if not drive.of_held_commands and found is None:
         return UNSET
-    told: dict[str, Any] = {"logged": drive.logged, **drive.path.declared}
+    declared: dict[str, Any] = {"logged": drive.logged, **drive.path.declared}
     return WrittenResponse(
         lag=drive.lag,
         delay=drive.delay,
@@ -355,7 +356,7 @@ def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetT
             nominal=found.parameter.nominal,
             sd=found.deviation,
         ),
-        **told,
+        **declared,
     )
 
 
@@ -365,15 +366,16 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
 
     It has the attributes of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
     `plot`. Methods that need the rows of the record raise an error. Attributes that are not listed
-    are those of `Identification`.
+    have the same meaning as in `Identification`.
 
     Attributes
     ----------
     file : str
+        Name of the file; empty if the result was not read from a file.
     document : WrittenIdentification
         Content of the file.
     declared : Axis or None
-        The identified axis; None if unknown.
+        Declaration of the identified axis; None if it is unknown.
     name, signature : str
         Name of the axis, and signature of the generated code of the identification.
     signals : tuple of Signal
@@ -390,7 +392,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     record : RecordInfo
         Record without its samples.
     sampling : Sampling
-        Samples in use; of those near reversals only the number.
+        Filter and used samples; only the number of excluded samples near reversals is known.
     of_records : tuple of RecordResult
         Results of each record; empty for a single record.
     local_names : mapping of str to tuple of str
@@ -464,14 +466,14 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
             of_records=tuple(
                 read_as(
                     RecordResult,
-                    of_one,
-                    record=of_one.record,
-                    sampling=_sampling(of_one.prefilter, of_one.record),
-                    known={name: (v.value or 0.0, v.sd) for name, v in of_one.known.items()},
-                    share_percent=of_one.apart and of_one.apart.share_percent,
-                    p_value=of_one.apart and of_one.apart.p_value,
+                    member,
+                    record=member.record,
+                    sampling=_sampling(member.prefilter, member.record),
+                    known={name: (v.value or 0.0, v.sd) for name, v in member.known.items()},
+                    share_percent=member.apart and member.apart.share_percent,
+                    p_value=member.apart and member.apart.p_value,
                 )
-                for of_one in written.records or ()
+                for member in written.records or ()
             ),
             local_names=written.local or {},
             declared_gain=written.declared_gain or None,
@@ -501,8 +503,8 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         """Return the declaration of the axis; raise `UsageError` if it is unknown."""
         if self.declared is None:
             raise UsageError(
-                f"{self.file} does not contain the axis {self.name!r}; give the identified axis "
-                "(axis).",
+                f"{self.file} does not contain the declaration of the axis {self.name!r}. Give the "
+                "identified axis (axis).",
                 code="result-file",
             )
         return self.declared
@@ -516,16 +518,21 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
 
     @property
     def declared_parameters(self) -> tuple[Parameter, ...]:
-        """Return the declared parameters of the axis, or those in the file."""
+        """Return the declared parameters of the axis.
+
+        Without the declaration they are those parameters in the file that are no combinations.
+        """
         if self.declared is not None:
             return self.declared.parameters
-        made = {p.name for p in self.combined}
-        own = next(iter(self.estimates.values())).parameters
-        return tuple(Parameter(n, value.unit) for n, value in own.items() if n not in made)
+        combined = {p.name for p in self.combined}
+        values = next(iter(self.estimates.values())).parameters
+        return tuple(
+            Parameter(name, value.unit) for name, value in values.items() if name not in combined
+        )
 
     @property
     def combined(self) -> tuple[Parameter, ...]:
-        """Return base parameters that are combinations of declared ones."""
+        """Return the base parameters that are combinations of declared parameters."""
         return tuple({p.name: p for own in self.physical.values() for p in own.combined}.values())
 
     @property
@@ -547,21 +554,22 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         place, records = record_index(number, len(self.of_records)), self.of_records
         if not records:
             return self
-        one, gain = records[place], self.declared_gain
-        own = replace(
+        record, gain = records[place], self.declared_gain
+        part = replace(
             self,
-            record=one.record,
-            sampling=one.sampling,
-            prefilter=one.sampling.filter.settings,
+            record=record.record,
+            sampling=record.sampling,
+            prefilter=record.sampling.filter.settings,
             of_records=(),
         )
-        if not (self.local_names or one.known):
-            return own
-        told = {name: [each.known[name] for each in records] for name in one.known}
+        if not (self.local_names or record.known):
+            return part
+        # The common regression gives the parameters of the record from the common parameters.
+        known = {name: [each.known[name] for each in records] for name in record.known}
         joint = joint_form_of(
             self.axis,
             len(records),
-            known_of(told, len(records)),
+            known_of(known, len(records)),
             self.local_names,
             commanded=gain is not None,
         )
@@ -572,7 +580,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
             for method, e in estimates.items()
         }
         return replace(
-            own,
+            part,
             declared=axis.declared,
             signature=axis.signature,
             estimates=estimates,
@@ -589,14 +597,15 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         return tuple(self.part(i + 1) for i in range(max(len(self.of_records), 1)))
 
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
-        """Validate every frozen estimate on another record of the axis, see `validate`."""
+        """Return the validation of every frozen estimate on another record; see `validate`."""
         return validate(self, record, like=like)
 
 
 def identification_facts(result: Identification, draws: int) -> SavedIdentification:
-    """Return an identification without its rows, as tables need it.
+    """Return an identification without its rows, from which tables are made.
 
-    With `draws` above 0 it has a summary of that many draws from the distribution of each estimate.
+    The checks keep their findings, so that settings in sentences are spelled for the user. With
+    `draws` above 0 it has a summary of that many draws from the distribution of each estimate.
     """
     written = written_identification(result, draws)
     saved = SavedIdentification.of("", written, result.axis.declared)
@@ -645,7 +654,7 @@ def _physical(estimate: SavedEstimate) -> Physical | None:
             for name, fixed in written.fixed.items()
         ),
         combined=tuple(
-            Parameter(name, estimate.parameters[name].unit, description=made)
-            for name, made in written.base.items()
+            Parameter(name, estimate.parameters[name].unit, description=combination)
+            for name, combination in written.base.items()
         ),
     )

@@ -1,6 +1,7 @@
-"""Base of all document classes, and conversion of members that have equal names in results.
+"""Base of all document classes, and conversion between results and documents.
 
-Members with equal names are converted by their annotations; a call names only the others.
+Members that have the same name in a result and in its document are converted by their annotations.
+A call of `written_as` or `read_as` gives only the other members.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -70,12 +71,13 @@ def check_sizes(
     Parameters
     ----------
     of : str
-        Owner of the parameters, for the message.
+        Part of the document that has the parameters, for the message.
     names : sequence of str
         Names of the parameters.
-    matrices, numbers : mapping
-        By member: one row and one column, or one number, per parameter. Missing members are
-        skipped.
+    matrices : mapping of str to Matrix, UnsetType or None
+        Matrices by member, with one row and one column per parameter; UNSET and None are skipped.
+    numbers : mapping of str to mapping, UnsetType or None
+        Numbers by member and parameter; UNSET and None are skipped.
 
     Raises
     ------
@@ -87,7 +89,7 @@ def check_sizes(
         lengths = [len(row) for row in matrix or ()]
         if isinstance(matrix, tuple) and lengths != [count] * count:
             raise DataError(
-                f"{member} of {of} has {len(lengths)} rows of {lengths} numbers, but there are "
+                f"{member} of {of} has {len(lengths)} rows with {lengths} numbers, but there are "
                 f"{count} parameters ({listed})",
                 code="result-file",
             )
@@ -101,12 +103,9 @@ def check_sizes(
 
 
 _Written = TypeVar("_Written", bound=Struct)
-
-
 _Result = TypeVar("_Result")
 
-
-#: Names in results of members that have another name in files.
+#: Names in results, by the different name of the member in files.
 _OF_FILES = {
     "written_belief": "belief",
     "held_out_equation": "equation",
@@ -117,6 +116,7 @@ _OF_FILES = {
 }
 
 
+#: Names in files, by the different name in results.
 _OF_RESULTS = {name: member for member, name in _OF_FILES.items()}
 
 
@@ -124,17 +124,17 @@ _hints: Callable[[Any], Mapping[str, Any]] = cache(get_type_hints)
 
 
 def written_as(kind: type[_Written], result: object, /, **others: Any) -> _Written:
-    """Return a document object with the members of a result.
+    """Return an object of a document with the members of a result.
 
     Arrays become tuples, dataclasses become the annotated object, and non-finite numbers become
-    None if the annotation allows it.
+    None if the annotation allows None.
 
     Parameters
     ----------
     kind : type
         Class of the document object.
     result : object
-        Object with every member by name, except for `others`.
+        Object that has every member as attribute, except for those in `others`.
     **others
         Members that are given explicitly.
     """
@@ -151,9 +151,9 @@ def read_as(
     /,
     **others: Any,
 ) -> _Result:
-    """Return a dataclass with the members of a document object.
+    """Return a dataclass with the members of an object of a document.
 
-    None becomes NaN, or infinity if the annotation says so.
+    None becomes NaN or infinity if the annotation of the dataclass states it.
 
     Parameters
     ----------
@@ -164,31 +164,34 @@ def read_as(
         Fields that are given explicitly.
     """
     names = [field.name for field in fields(kind)]  # type: ignore[arg-type]  # of a dataclass
-    same = {
-        name: _restored(_hints(kind)[name], getattr(written, member))
-        for name in names
-        for member in [_OF_RESULTS.get(name, name)]
-        if name not in others and hasattr(written, member)
-    }
-    return kind(**same, **others)
+    restored = {}
+    for name in names:
+        member = _OF_RESULTS.get(name, name)
+        if name not in others and hasattr(written, member):
+            restored[name] = _restored(_hints(kind)[name], getattr(written, member))
+    return kind(**restored, **others)
 
 
 def _plain(value: Any, hint: Any) -> Any:
-    """Return a value of a result in the form that the annotation of the document requires."""
+    """Return a value of a result as the annotation `hint` of the document requires it."""
     if isinstance(value, np.ndarray):
         return _plain(tuple(value.tolist()), hint)
     if isinstance(value, Mapping):
         return {name: _plain(each, hint) for name, each in value.items()}
     if isinstance(value, (tuple, list)):
         return tuple(_plain(each, hint) for each in value)
-    if is_dataclass(value) and (objects := [k for k in _kinds(hint) if issubclass(k, JsonObject)]):
-        return written_as(objects[0], value)
+    if is_dataclass(value):
+        objects = [kind for kind in _kinds(hint) if issubclass(kind, JsonObject)]
+        if objects:
+            return written_as(objects[0], value)
     # Without None in the annotation, a non-finite number stays and cannot be written.
-    return finite_or_none(value) if isinstance(value, float) and NoneType in _kinds(hint) else value
+    if isinstance(value, float) and NoneType in _kinds(hint):
+        return finite_or_none(value)
+    return value
 
 
 def _restored(hint: Any, value: Any) -> Any:
-    """Return a value of a document in the form that the annotation of the result requires."""
+    """Return a value of a document as the annotation `hint` of the result requires it."""
     if isinstance(value, Mapping):
         return {n: _restored(hint, v) for n, v in value.items()}
     if Array in (hint, *get_args(hint)):
@@ -204,6 +207,6 @@ def _restored(hint: Any, value: Any) -> Any:
 
 @cache
 def _kinds(hint: Any) -> tuple[type, ...]:
-    """Return all classes that occur in an annotation."""
+    """Return all classes that occur in an annotation, also inside others."""
     inside = [kind for each in get_args(hint) for kind in _kinds(each)]
     return (hint, *inside) if isinstance(hint, type) else tuple(inside)

@@ -219,7 +219,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
 
 
 def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
-    """Return the missing terms found in all tested records; None if no record was tested."""
+    """Return the missing terms of all tested records; None if no record was tested."""
     if all(isinstance(lacks, Missing) for lacks in fit.lacks):
         return None
     return tuple(
@@ -260,16 +260,17 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
     Attributes
     ----------
     file : str
+        Name of the file; empty if the fit was not read from a file.
     document : WrittenOutputFit
         Content of the file.
     name : str
         Name of the axis.
     output : str
-        Fitted output; several are joined by and.
+        Fitted output; several outputs are joined by "and".
     outputs : tuple of str
-        Fitted outputs as a tuple.
+        Fitted outputs.
     covariances : mapping of str to (P, P) array
-        Only the chosen covariance.
+        The chosen covariance of the P parameters, by its name.
     error : float
         Rms residual, in the unit of the output.
     error_percent : float
@@ -277,7 +278,7 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
     records : tuple of WrittenRecord
         Fitted records, without samples.
     levels : Levels
-        Levels from which a term was reported as missing.
+        Levels above which a term was reported as missing.
     checks : tuple of Check
         Checks of the verdict.
     local : mapping of str to tuple of str
@@ -302,7 +303,13 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
 
     @classmethod
     def of(cls, file: str, written: WrittenOutputFit) -> "SavedOutputFit":
-        """Return the fit of a document."""
+        """Return the fit of a document; `file` is the name of its file.
+
+        Raises
+        ------
+        DataError
+            The covariance does not match the parameters.
+        """
         chosen, fitted = written.chosen_covariance, [*written.parameters.values()]
         check_sizes("the fit", [*written.parameters], {"covariance": written.covariance}, {})
         moves = [v.law_move for v in fitted]
@@ -347,9 +354,9 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
         return f"fit of the {self.output}: {self.parameters.listed()}"
 
     def derive(self, function: FunctionLike) -> Value:
-        """Return any function of the parameters with its unit and interval.
+        """Return a function of the parameters with its unit and interval.
 
-        Like `OutputFit.derive`, but only by the chosen covariance.
+        It is calculated as in `OutputFit.derive`, but only by the chosen covariance.
         """
         at_bound = {name for name, v in self.document.parameters.items() if v.at_bound}
         return self.distribution(at_bound).derived(function, "fit again with bootstrap=")

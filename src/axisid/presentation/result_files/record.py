@@ -78,9 +78,9 @@ class WrittenRecord(
 
     @property
     def size(self) -> str:
-        """Return number of samples and sampling period as text."""
-        pieces = f" in {len(self.segments)} segments" if self.segments else ""
-        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+        """Return number of samples, sampling period and number of segments as text."""
+        segments = f" in {len(self.segments)} segments" if self.segments else ""
+        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{segments}"
 
     @property
     def provenance(self) -> Provenance:
@@ -170,7 +170,7 @@ class WrittenPrefilter(WrittenRequest, frozen=True, kw_only=True):
 
 
 def written_record(record: Record) -> WrittenRecord:
-    """Return provenance and size of a record."""
+    """Return provenance and size of a record as part of a document."""
     origin = record.provenance
     return written_as(
         WrittenRecord,
@@ -191,7 +191,7 @@ def written_record(record: Record) -> WrittenRecord:
 
 
 def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
-    """Return the settings of a prefilter as applied."""
+    """Return the settings of a prefilter, as applied to a record, as part of a document."""
     return written_as(
         WrittenPrefilter,
         sampling.filter.settings,

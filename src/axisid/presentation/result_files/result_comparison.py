@@ -1,7 +1,7 @@
-"""Comparison of two saved results."""
+"""Comparison of two results: parameters, errors, settings and checks."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -23,7 +23,12 @@ from axisid.support.wording import or_dash
 from .checks import WrittenCheck
 from .estimate import WrittenValue
 from .file import read_identification
-from .identification import SavedIdentification, WrittenIdentification, written_identification
+from .identification import (
+    SavedIdentification,
+    WrittenIdentification,
+    WrittenMember,
+    written_identification,
+)
 from .json_objects import JsonObject, about, plain
 
 
@@ -88,28 +93,26 @@ ComparableResult: TypeAlias = Identification | SavedIdentification | str | Path
 
 
 def result_comparison_document(results: ResultComparison) -> Document:
-    """Return tables of parameters and errors, then settings and checks that differ."""
-    methods = dict.fromkeys(d.method for d in results.differences)
-    alone = (
-        paragraph(Sentence(text=f"only in {side}: {', '.join(names)}", hang=4))
-        for side, names in zip("AB", (results.alone.first, results.alone.second), strict=True)
-        if names
-    )
-    other = "These are results of different axes."
-    return (
-        Heading(facts={"A": results.first, "B": results.second}),
-        *((paragraph(other),) if "axis" in results.settings else ()),
-        *(_table(results, method) for method in methods),
-        *alone,
-        *_settings_blocks(results.settings),
-        _verdict(results),
-        Notes((_NOTE,)),
-    )
+    """Return a document of tables of parameters and errors, then settings and checks that differ.
+
+    The first result is A, the second is B.
+    """
+    blocks: list[Block] = [Heading(facts={"A": results.first, "B": results.second})]
+    if "axis" in results.settings:
+        blocks.append(paragraph("These are results of different axes."))
+    methods = dict.fromkeys(difference.method for difference in results.differences)
+    blocks += [_table(results, method) for method in methods]
+    for side, names in (("A", results.alone.first), ("B", results.alone.second)):
+        if names:
+            blocks.append(paragraph(Sentence(text=f"Only in {side}: {', '.join(names)}.", hang=4)))
+    blocks += _settings_blocks(results.settings)
+    return (*blocks, _verdict(results), Notes((_NOTE,)))
 
 
+#: Note that the head of the last column refers to.
 _NOTE = (
-    "(B - A) / sqrt(sd_A^2 + sd_B^2), HAC standard errors. It is a test only for results of "
-    "different records: two results of one record share its noise."
+    "(B - A) / sqrt(sd_A^2 + sd_B^2), HAC standard errors. This is a test only for results of "
+    "different records, because two results of one record share its noise."
 )
 
 
@@ -130,8 +133,8 @@ def _table(results: ResultComparison, method: str) -> TableBlock:
     for kind in ("equation error", "simulation error"):
         first, second = results.errors.get(f"{method} {kind}", (None, None))
         cells = or_dash(first, ".4g"), or_dash(second, ".4g")
-        apart = "" if first is None or second is None else f"{second - first:+.3g}"
-        rows.append((kind, "%", *cells, "", "", apart, ""))
+        difference = "" if first is None or second is None else f"{second - first:+.3g}"
+        rows.append((kind, "%", *cells, "", "", difference, ""))
     return text_table(
         (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in sd [1]"),
         rows,
@@ -142,35 +145,33 @@ def _table(results: ResultComparison, method: str) -> TableBlock:
 def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
     """Return the settings that differ: a table, and a paragraph for each long one."""
     if not settings:
-        return [paragraph("the settings are the same")]
-    shown = {name: tuple(map(_short, pair)) for name, pair in settings.items()}
-    long = {name for name, pair in shown.items() if max(map(len, pair)) > _LONG_CELL}
-    rows = [(name, *pair) for name, pair in shown.items() if name not in long]
-    return [
-        *([text_table(["settings that differ", "A", "B"], rows)] if rows else []),
-        *(
-            paragraph(
-                *(Sentence(text=f"    {s}: {v}", hang=7) for s, v in zip("AB", pair, strict=True)),
-                title=f"{name} differs:",
-            )
-            for name, pair in shown.items()
-            if name in long
-        ),
-    ]
+        return [paragraph("In both results the settings are the same.")]
+    rows: list[tuple[str, ...]] = []
+    paragraphs: list[Paragraph] = []
+    for name, pair in settings.items():
+        texts = [_short(value) for value in pair]
+        if max(map(len, texts)) > _LONG_CELL:
+            sides = zip("AB", texts, strict=True)
+            lines = [Sentence(text=f"    {side}: {text}", hang=7) for side, text in sides]
+            paragraphs.append(paragraph(*lines, title=f"{name} differs:"))
+        else:
+            rows.append((name, *texts))
+    table = [text_table(["settings that differ", "A", "B"], rows)] if rows else []
+    return [*table, *paragraphs]
 
 
 def _verdict(results: ResultComparison) -> Paragraph:
-    """Return the checks whose status differs, with sentences on those that did not pass."""
+    """Return the checks whose status differs, with the sentences of those that did not pass."""
     sentences = []
-    for name, pair in results.checks.items():
-        states = " in A, ".join(map(_status, pair))
-        sentences.append(Sentence(text=f"{name}: {states} in B"))
-        sentences += [
-            Sentence(text=f"    {side}: {check.meaning}", hang=7)
-            for side, check in zip("AB", pair, strict=True)
-            if check is not None and check.status != "pass"
-        ]
-    return paragraph(*sentences) if sentences else paragraph("the verdicts are the same")
+    for name, (first, second) in results.checks.items():
+        text = f"{name}: {_status(first)} in A, {_status(second)} in B"
+        sentences.append(Sentence(text=text))
+        for side, check in (("A", first), ("B", second)):
+            if check is not None and check.status != "pass":
+                sentences.append(Sentence(text=f"    {side}: {check.meaning}", hang=7))
+    if not sentences:
+        return paragraph("Checks: all have the same status in both results.")
+    return paragraph(*sentences)
 
 
 def compare_results(first: ComparableResult, second: ComparableResult) -> ResultComparison:
@@ -197,7 +198,7 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
         }
         for estimates in by_method
     ]
-    # Methods of one result, and parameters of common methods.
+    # What only one result has: whole methods, and parameters of common methods.
     alone = [
         dict.fromkeys(
             label if method in common else method
@@ -270,43 +271,50 @@ def _difference(
 def _settings(result: WrittenIdentification) -> dict[str, Any]:
     """Return the settings of a result, and the identity of its records, by name."""
     record, members = result.record, result.records or ()
-    several = {
-        "records": ", ".join(member.record.source for member in members),
-        "known": "; ".join(
-            f"{name} = "
-            + ", ".join(f"{k.value:g}" + f" +- {k.sd or 0:g}" * bool(k.sd) for k in known)
-            for name in (members[0].known if members else ())
-            for known in [[member.known[name] for member in members]]
-        )
-        or None,
-        "local": ", ".join(result.local or ()) or None,
-        "samples": sum(member.record.samples for member in members),
-    }
-    one = {
+    of_records: dict[str, Any] = {
         "record": record.source,
         "sha256": record.sha256,
         "samples": record.samples,
         "sample period": record.period,
         "columns": record.columns,
     }
+    if members:
+        of_records = {
+            "records": ", ".join(member.record.source for member in members),
+            "known": _known_values(members) or None,
+            "local": ", ".join(result.local or ()) or None,
+            "samples": sum(member.record.samples for member in members),
+        }
     return {
         "axis": result.axis,
         "generated code": result.signature,
         "left out": result.left_out or None,
-        **(several if members else one),
+        **of_records,
         "covariance": ", ".join(dict.fromkeys(e.chosen_covariance for e in result.estimates)),
         **plain(result.prefilter),
         **(plain(result.levels) if result.levels else {}),
     }
 
 
+def _known_values(members: Sequence[WrittenMember]) -> str:
+    """Return the known values of several records by name as text; empty without any."""
+    texts = []
+    for name in members[0].known:
+        known = [member.known[name] for member in members]
+        values = [
+            f"{each.value:g} +- {each.sd:g}" if each.sd else f"{each.value:g}" for each in known
+        ]
+        texts.append(f"{name} = {', '.join(values)}")
+    return "; ".join(texts)
+
+
 def _status(check: WrittenCheck | None) -> str:
-    """Return the status of a check; ``absent`` without one."""
+    """Return the status of a check; ``absent`` for None, if a result does not have the check."""
     return "absent" if check is None else check.status
 
 
 def _short(value: Any) -> str:
-    """Return a setting as text; a digest is cut after twelve characters."""
+    """Return a setting as text, a dash for None; a digest is cut after twelve characters."""
     if isinstance(value, dict):
         return ", ".join(f"{role} = {name}" for role, name in value.items()) or "-"
     text = "-" if value is None else str(value)

@@ -13,6 +13,7 @@ from .output_fit import SavedFitValidation, WrittenOutputFit
 from .result_comparison import ResultComparison
 from .studies import SavedMonteCarlo, WrittenComparison, WrittenLawSearch, WrittenSweep
 
+#: Documents that ``--json`` writes.
 _DOCUMENTS = (
     WrittenIdentification,
     WrittenSweep,
@@ -27,12 +28,10 @@ _DOCUMENTS = (
 
 _REFERENCE = "#/$defs/{name}"
 
-
 #: Names and descriptions of members in the docstring of a class.
 _ATTRIBUTE = re.compile(r"^(\w[\w, ]*) : .*((?:\n    .+)+)", re.MULTILINE)
 
-
-#: Member of documents in files only.
+#: Schema of the member that documents have only in files.
 _DIGEST = {
     "description": "sha256 of the other members as JSON with sorted keys. A changed file is "
     "rejected. Absent in files of earlier versions.",
@@ -61,28 +60,31 @@ def _name(of_class: str) -> str:
 
 
 def _worded(part: Any) -> Any:
-    """Return a part of the schema with descriptions, closed to unknown members."""
+    """Return a part of the schema with descriptions from docstrings, closed to unknown members.
+
+    A docstring's list of attributes becomes the descriptions of the members.
+    """
     if isinstance(part, list):
         return [_worded(each) for each in part]
     if not isinstance(part, dict):
         return part
-    made = {key: _worded(value) for key, value in part.items()}
+    worded = {key: _worded(value) for key, value in part.items()}
     if "$ref" in part:
-        made["$ref"] = _REFERENCE.format(name=_name(part["$ref"].rpartition("/")[2]))
+        worded["$ref"] = _REFERENCE.format(name=_name(part["$ref"].rpartition("/")[2]))
     if isinstance(part.get("description"), str):
         text, _, attributes = inspect.cleandoc(part["description"]).partition("\nAttributes\n---")
-        made["description"] = " ".join(text.split())
-        for names, said in _ATTRIBUTE.findall(attributes):
-            for name in {*names.split(", ")} & {*made["properties"]}:
-                made["properties"][name]["description"] = " ".join(said.split())
+        worded["description"] = " ".join(text.split())
+        for names, description in _ATTRIBUTE.findall(attributes):
+            for name in {*names.split(", ")} & {*worded["properties"]}:
+                worded["properties"][name]["description"] = " ".join(description.split())
     if "properties" in part and isinstance(part.get("title"), str):
-        del made["title"]
-        made["required"] = [
+        del worded["title"]
+        worded["required"] = [
             name
-            for name, each in made["properties"].items()
-            if name in made["required"] or "default" in each
+            for name, each in worded["properties"].items()
+            if name in worded["required"] or "default" in each
         ]
-        if "schema" in made["properties"]:
-            made["properties"]["digest"] = _DIGEST
-        made["additionalProperties"] = False
-    return made
+        if "schema" in worded["properties"]:
+            worded["properties"]["digest"] = _DIGEST
+        worded["additionalProperties"] = False
+    return worded

@@ -189,7 +189,7 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
 
 
 def written_validation(validation: Validation) -> WrittenValidation:
-    """Return the document of a validation; non-finite numbers become None."""
+    """Return the document of a validation on a second record; non-finite numbers become None."""
     return written_as(
         WrittenValidation,
         validation,
@@ -280,7 +280,7 @@ class SavedMonteCarlo(
 ):
     """Document written by `axisid study --json`."""
 
-    # With the attributes of `MonteCarlo`, except for the numbers of each run (``--output``).
+    # It has the attributes of `MonteCarlo`, except for the numbers of each run (``--output``).
     name: str
     signature: str
     twins: WrittenTwins
@@ -307,19 +307,19 @@ class SavedMonteCarlo(
 
     @property
     def chosen(self) -> str:
-        """Return the name in `COVARIANCES` of the covariance of printed intervals."""
+        """Return the covariance of the printed intervals, by its name in `COVARIANCES`."""
         return str(self.settings["covariance"])
 
     @property
     def noise(self) -> Chain:
-        """Return the noise of the twins."""
+        """Return the noise of the twins; files of earlier versions have only some of its sizes."""
         twins = self.twins
         experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
         return twins.chain or declared_chain(experiment, **cast(Any, twins.noise))
 
 
 def written_study(result: MonteCarlo) -> SavedMonteCarlo:
-    """Return a study without the numbers of its runs, as needed for tables."""
+    """Return the document of a study, which tables need: figures, not the numbers of each run."""
     plan = result.plan
     experiment = Chain.of_experiment(plan.twin.axis)
     return SavedMonteCarlo(

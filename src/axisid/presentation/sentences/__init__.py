@@ -1,4 +1,4 @@
-"""Sentences of what estimation finds: the one place that words it.
+"""Sentences of the findings of checks: the only place where they are worded.
 
 In: frozen findings with numbers, names and units. Out: plain English. Knows nothing of tables,
 pages and files.

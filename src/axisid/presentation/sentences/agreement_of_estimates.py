@@ -23,7 +23,7 @@ from .words import listed, one_after_another
 
 @sentence.register
 def agreement_of_estimates(finding: AgreementOfEstimates) -> str:
-    """Return the sentences of all findings; where all pass, after the reported method."""
+    """Return the sentences of all comparisons; if all pass, the reported method comes first."""
     texts = [sentence(each) for each in finding.findings]
     if finding.all_pass:
         texts.insert(0, f"{finding.reported.upper()} is reported")
@@ -32,7 +32,7 @@ def agreement_of_estimates(finding: AgreementOfEstimates) -> str:
 
 @sentence.register
 def instruments_against_output_error(finding: InstrumentsAgainstOutputError) -> str:
-    """Return the differences of IDM-IV and DIDIM, which of them is reported, and likely causes."""
+    """Return the differences between IDM-IV and DIDIM, the reported one, and likely causes."""
     comparison = finding.comparison
     if not comparison.differences:
         return (
@@ -42,9 +42,9 @@ def instruments_against_output_error(finding: InstrumentsAgainstOutputError) -> 
     reported = f"{_disagreement(comparison)}. {finding.reported.upper()} is reported"
     if finding.law_passed and finding.less_precise:
         return (
-            f"{reported} although the recorded control follows the declared law, because DIDIM is "
-            f"less precise in {listed(finding.less_precise)}. Likely causes: the steps of the "
-            "encoder or an unmodelled force (affect both)"
+            f"{reported} although the recorded control follows the declared law, because the "
+            f"standard errors of DIDIM are larger for {listed(finding.less_precise)}. Likely "
+            "causes: the steps of the encoder or an unmodelled force (affect both)"
         )
     if finding.law_passed:
         return (
@@ -65,7 +65,7 @@ def instruments_against_output_error(finding: InstrumentsAgainstOutputError) -> 
 
 @sentence.register
 def least_squares_against_instruments(finding: LeastSquaresAgainstInstruments) -> str:
-    """Return the differences of least squares and instruments, which noise makes."""
+    """Return the differences between least squares and IV, which noise causes."""
     comparison = finding.comparison
     if not comparison.differences:
         return _agreement(comparison)
@@ -74,31 +74,34 @@ def least_squares_against_instruments(finding: LeastSquaresAgainstInstruments) -
 
 @sentence.register
 def direct_against_inverse(finding: DirectAgainstInverse) -> str:
-    """Return the differences of both forms of least squares; if large, what has less noise."""
+    """Return the differences between inverse and direct least squares, and their causes.
+
+    Large differences come with the advice to fit the position instead.
+    """
     comparison = finding.comparison
     if not comparison.differences:
         return _agreement(comparison)
     text = (
-        f"{_disagreement(comparison)}. Noise of the acceleration makes an inertia by "
-        f"{comparison.second.upper()} too small, noise of the force makes one by "
-        f"{comparison.first.upper()} too large, and without instruments it is unknown which of "
-        "them applies"
+        f"{_disagreement(comparison)}. Noise of the acceleration makes the inertia by "
+        f"{comparison.second.upper()} too small. Noise of the force makes the inertia by "
+        f"{comparison.first.upper()} too large. Without instruments it is unknown which noise "
+        "causes the difference"
     )
     if not comparison.is_large:
         return text
     return (
-        f"{text}. Fit the position under the recorded control instead, which has no noise of "
+        f"{text}. Fit the position under the recorded control instead, which needs no noisy "
         f"derivatives: {open_loop_fit()}"
     )
 
 
 @sentence.register
 def noise_bias(finding: NoiseBias) -> str:
-    """Return the bias of least squares by noise, and the method without it."""
+    """Return the bias of least squares by noise, and the method without this bias."""
     method = finding.method.upper()
     if not finding.biases:
         return (
-            f"noise biases {method} by at most {finding.largest:.2g} standard errors (less than "
+            f"noise biases {method} by at most {finding.largest:.2g} standard errors (limit: "
             f"{finding.most:g}), as simulated replicas of the record show"
         )
     text = (
@@ -112,11 +115,11 @@ def noise_bias(finding: NoiseBias) -> str:
 
 @sentence.register
 def quantisation_bias(finding: QuantisationBias) -> str:
-    """Return the bias of least squares by the steps of the position, and how to avoid it."""
+    """Return the bias of least squares by the steps of the position, and its remedies."""
     method = finding.method.upper()
     remedy = (
-        "Log the position as finely as the drive measures it, record the reference, from which "
-        "instruments are made, or lower the cut-off"
+        "Log the position as finely as the drive measures it, record the reference for "
+        "instruments, or lower the cut-off"
     )
     if finding.fewest_steps is not None:
         return (
@@ -131,13 +134,13 @@ def quantisation_bias(finding: QuantisationBias) -> str:
         )
     return (
         f"the steps of the logged position bias {method} by at most {finding.largest or 0.0:.2g} "
-        f"standard errors (less than {finding.most:g})"
+        f"standard errors (limit: {finding.most:g})"
     )
 
 
 @sentence.register
 def weakest_instrument(finding: WeakestInstrument) -> str:
-    """Return how well the simulated loop explains the regressor."""
+    """Return the strength of the weakest instrument; a weak one comes with a warning."""
     if not finding.is_strong:
         return (
             "the instruments are weak: the simulated loop hardly explains the column of "
@@ -147,8 +150,8 @@ def weakest_instrument(finding: WeakestInstrument) -> str:
     if finding.conditional_f is None:
         return "the simulated loop explains every column of the regressor exactly"
     return (
-        "the simulated loop explains every column of the regressor, that of "
-        f"{finding.column} least{_conditional_f(finding)}"
+        "the instruments are strong: the simulated loop explains every column of the regressor, "
+        f"the column of {finding.column} least{_conditional_f(finding)}"
     )
 
 
@@ -163,7 +166,7 @@ def _conditional_f(finding: WeakestInstrument) -> str:
 
 
 def _agreement(comparison: EstimateComparison) -> str:
-    """Return that two methods agree, with their largest difference."""
+    """Return the statement that two methods agree, with their largest difference."""
     largest = comparison.largest
     return (
         f"{comparison.first.upper()} and {comparison.second.upper()} agree within chance: the "
@@ -172,14 +175,20 @@ def _agreement(comparison: EstimateComparison) -> str:
 
 
 def _disagreement(comparison: EstimateComparison, cause: str = "") -> str:
-    """Return that two methods disagree, with every significant difference."""
+    """Return the statement that two methods disagree, with every significant difference.
+
+    `cause` is a phrase that follows "disagree"; empty for none.
+    """
     first, second = comparison.first.upper(), comparison.second.upper()
     differences = [_difference(each) for each in comparison.differences]
     return f"{first} and {second} disagree{cause}: {first} minus {second} is {listed(differences)}"
 
 
 def _difference(difference: ParameterDifference) -> str:
-    """Return by how much one parameter differs between two estimates."""
+    """Return the difference of one parameter between two estimates, absolute and relative.
+
+    The relative difference is omitted if its percentage is None.
+    """
     percent = "" if difference.percent is None else f"{difference.percent:+.2g} %, "
     size = f"{difference.difference:+.2g} {difference.unit}".rstrip()
     return (
@@ -188,6 +197,7 @@ def _difference(difference: ParameterDifference) -> str:
 
 
 def _biases(biases: Sequence[ParameterBias]) -> str:
+    """Return the bias of each parameter, in its unit and in standard errors."""
     texts = []
     for each in biases:
         size = f"{each.bias:+.2g} {each.unit}".rstrip()

@@ -16,19 +16,22 @@ from .dispatch import sentence
 
 @sentence.register
 def force_delay(finding: ForceDelay) -> str:
-    """Return the delay of the force, and what puts the force in time with the motion."""
+    """Return the delay of the force, its effect on the parameters, and the remedies.
+
+    The measured delay is compared with the delay that the hold implies.
+    """
     delay = (
-        f"the force acts {_delay_text(finding)} it is recorded, and hold {finding.hold} supposes "
-        f"{abs(finding.supposed):g} samples {_side(finding.supposed)}"
+        f"the force acts {_delay_text(finding)} it is recorded; hold {finding.hold} implies "
+        f"{abs(finding.supposed):g} samples {_before_or_after(finding.supposed)}"
     )
     if not finding.by_instruments:
         delay += " (estimated by least squares, which noise may bias)"
     if finding.is_aligned:
-        return f"{delay}: a difference of {finding.apart:.2g} samples"
-    way = "early" if finding.apart > 0 else "late"
+        return f"{delay} (a difference of {finding.apart:.2g} samples)"
+    early_or_late = "early" if finding.apart > 0 else "late"
     parts = [
-        f"the {finding.role} is {abs(finding.apart):.2g} samples {way} relative to the position: "
-        f"{delay}"
+        f"the {finding.role} is {abs(finding.apart):.2g} samples {early_or_late} relative to the "
+        f"position: {delay}"
     ]
     parts += [sentence(each) for each in finding.remedies]
     effects = [
@@ -41,16 +44,16 @@ def force_delay(finding: ForceDelay) -> str:
 
 @sentence.register
 def other_hold(finding: OtherHold) -> str:
-    """Return the instruction to use another hold."""
+    """Return the instruction to use another hold, or to declare the period of the law."""
     text = f"Try {setting('hold', finding.hold)}"
     if finding.or_law_period:
-        text += ", or, if the loop is faster than the log, declare the control law with its period"
+        text += ". If the loop is faster than the log, declare the control law with its period"
     return text
 
 
 @sentence.register
 def logged_at_other_time(finding: LoggedAtOtherTime) -> str:
-    """Return the instruction to move a column."""
+    """Return the instruction to shift a column that is logged early or late."""
     when = "before the drive applies it" if finding.samples > 0 else "after it acted"
     return (
         f"If the log writes the {finding.role} {when}, {shift_text(finding.role, finding.samples)}"
@@ -59,45 +62,51 @@ def logged_at_other_time(finding: LoggedAtOtherTime) -> str:
 
 @sentence.register
 def delay_beyond_range(finding: DelayBeyondRange) -> str:
-    """Return the instructions for a delay that is larger than any that was tried."""
+    """Return the instructions for a delay at the end of the search range."""
     role = finding.role
     return (
         f"Compare the times of {role} and position in the log. If the {role} is written early, "
-        f"{shift_text(role, finding.samples)}. If the drive is late, declare its delay, "
+        f"{shift_text(role, finding.samples)}. If the drive is late, declare its delay of "
         f"{finding.seconds:.3g} s or more. Then identify again to see how much delay remains"
     )
 
 
 @sentence.register
 def declared_too_long(finding: DeclaredTooLong) -> str:
-    """Return by how much the declared delay is too long, and the delay to declare."""
-    remaining = "none"
+    """Return the excess of the declared delay, and the delay to declare instead."""
+    at_least, or_less = "", ""
+    if finding.is_at_least:
+        at_least, or_less = "at least ", " or less"
+    remaining = "no delay and no lag"
     if finding.remaining > 0:
-        remaining = f"{finding.remaining:.3g} s{' or less' * finding.is_at_least}"
+        remaining = f"{finding.remaining:.3g} s{or_less}"
     return (
-        f"The drive's delay and lag, declared as {finding.declared:.3g} s in all, are "
-        f"{'at least ' * finding.is_at_least}{finding.excess:.3g} s too long. Declare {remaining}"
+        f"The drive's delay and lag, declared as {finding.declared:.3g} s in all, are {at_least}"
+        f"{finding.excess:.3g} s too long. Declare {remaining}"
     )
 
 
 @sentence.register
 def undeclared_delay(finding: UndeclaredDelay) -> str:
-    """Return the delay to declare."""
+    """Return the instruction to declare a delay, or a longer one."""
+    more = "more " if finding.is_further else ""
     return (
-        f"Declare {finding.seconds:.3g} s {'more ' * finding.is_further}in all as the drive's "
-        "delay or lag between command and force"
+        f"Declare {finding.seconds:.3g} s {more}in all as the drive's delay or lag between command "
+        "and force"
     )
 
 
 def _delay_text(finding: ForceDelay) -> str:
-    """Return the delay with its standard error, and the side."""
-    size = abs(finding.delay)
+    """Return the delay in samples: ``1.48 +- 0.02 samples after``.
+
+    At the end of the search range there is no standard error.
+    """
+    size, before_or_after = abs(finding.delay), _before_or_after(finding.delay)
     if finding.is_at_end:
-        return (
-            f"{size:g} samples or more (the end of the range that was tried) {_side(finding.delay)}"
-        )
-    return f"{size:.2f} +- {finding.standard_error:.2g} samples {_side(finding.delay)}"
+        return f"{size:g} samples or more (the end of the search range) {before_or_after}"
+    return f"{size:.2f} +- {finding.standard_error:.2g} samples {before_or_after}"
 
 
-def _side(delay: float) -> str:
+def _before_or_after(delay: float) -> str:
+    """Return ``before`` for a negative delay, else ``after``."""
     return "before" if delay < 0 else "after"

@@ -1,4 +1,4 @@
-"""The headline of a verdict: whether the numbers can be used, and why not."""
+"""The headline of a verdict: the conclusion on the use of the numbers, then its reason."""
 
 from axisid.estimation.verdict_checks import Conclusion
 
@@ -7,7 +7,7 @@ from .words import listed
 #: Reason of a headline by the name of the check that fails.
 _REASONS = {
     "control law": "the recorded control does not follow the declared control law",
-    "law's factors": "an error of the declared control law moves the parameters",
+    "law's factors": "an error of the declared control law changes the parameters too much",
     "noise gain": "the noise in the control does not follow the declared control law",
     "force against control": "the measured force does not match the control",
     "drive gain": "the identified drive gain contradicts the declared one",
@@ -24,9 +24,9 @@ _REASONS = {
     "missing terms": "the model leaves part of the force unexplained",
     "fixed values": "the record contradicts the fixed values",
     "what was known": "the record contradicts a prior value",
-    "moved parameters": "missing terms of the model move a parameter too far",
+    "moved parameters": "missing terms of the model change a parameter too much",
     "outliers": "the record has outliers",
-    "parameters shown": "the record does not show every parameter",
+    "parameters shown": "the record does not determine every parameter",
     "bounds": "a parameter contradicts its declared bounds",
     "rows": "there are too few rows for the number of parameters",
     "convergence": "the search did not converge",
@@ -51,7 +51,7 @@ _REMEDIES = {
     "missing terms": "To check the model for missing terms, log the control or the force during a "
     "longer motion, or validate the result with another record.",
 }
-#: Lines of a verdict with another name within a sentence.
+#: Longer names of some lines of a verdict, for use within a sentence.
 _SUBJECTS = {
     "law": "control law",
     "loop": "simulated loop",
@@ -61,7 +61,11 @@ _SUBJECTS = {
 
 
 def conclusion_text(conclusion: Conclusion) -> str:
-    """Return the headline of a verdict, complete sentences with their full stops."""
+    """Return the headline of a verdict as complete sentences.
+
+    It has the conclusion and its reason, then the lines that were not checked, then the remedies
+    for checks that the numbers rely on.
+    """
     headline = _headline(conclusion)
     if conclusion.belief == "not believed" or not conclusion.unchecked:
         return headline
@@ -74,7 +78,7 @@ def conclusion_text(conclusion: Conclusion) -> str:
 
 
 def _headline(conclusion: Conclusion) -> str:
-    """Return the belief and its reason."""
+    """Return the first sentence: how far the numbers can be used, and the reason."""
     if conclusion.belief == "not believed":
         return f"Do not use these numbers: {_reason(conclusion)}."
     if conclusion.failed:
@@ -89,7 +93,7 @@ def _headline(conclusion: Conclusion) -> str:
 
 
 def _reason(conclusion: Conclusion) -> str:
-    """Return the failed check that decides in plain words, or the lines of several."""
+    """Return the reason: the decisive failed check in plain words, or the lines of several."""
     name = conclusion.decisive
     if name is None:
         if conclusion.belief == "not believed":
@@ -101,4 +105,5 @@ def _reason(conclusion: Conclusion) -> str:
 
 
 def _subject(line: str) -> str:
+    """Return the name of a line of the verdict within a sentence."""
     return _SUBJECTS.get(line, line)

@@ -39,10 +39,12 @@ from axisid.support.settings import setting
 from .dispatch import sentence
 from .words import capitalised, listed
 
+#: Samples that the law read, by the name of the reading.
 _READINGS = {
     "sampled rows": "the rows as they were sampled",
     "even times": "samples interpolated at even times",
 }
+#: Beginning of the sentence on a second record, by the kind of result that is validated.
 _NOT_HOLDING = {
     "estimates": "the estimates do not hold, because this record has another control law: ",
     "fit": "this record has another control law than the axis of the fit: ",
@@ -55,7 +57,10 @@ _CHECK_INJECTED_SIZE = (
 
 @sentence.register
 def law_reproduced(finding: LawReproduced) -> str:
-    """Return the residual of a law that fits."""
+    """Return the residual of a law that reproduces the control.
+
+    It also has the part of the control that depends on values between the samples, if it is known.
+    """
     text = (
         "the declared control law reproduces the recorded control: rms residual "
         f"{finding.residual_percent:.2g} % of the control"
@@ -70,7 +75,10 @@ def law_reproduced(finding: LawReproduced) -> str:
 
 @sentence.register
 def found_by_reading(finding: FoundByReading) -> str:
-    """Return the comparison, with the samples that the law read."""
+    """Return the comparison of law and control, with the samples that the law read.
+
+    It also has the residual with the samples of the record, if that is known.
+    """
     samples = _READINGS[finding.reading]
     if finding.recorded_percent is None:
         return f"with {samples}, {sentence(finding.finding)}"
@@ -85,7 +93,7 @@ def found_by_reading(finding: FoundByReading) -> str:
 
 @sentence.register
 def other_period(finding: OtherPeriod) -> str:
-    """Return both periods, and how to correct or to confirm them."""
+    """Return the periods of log and law, and the instructions to correct or confirm them."""
     period = setting("sample_period", _plain(finding.period))
     text = (
         f"the record is sampled every {finding.period:.6g} s, and the control law runs every "
@@ -93,42 +101,47 @@ def other_period(finding: OtherPeriod) -> str:
     )
     if finding.is_given:
         return (
-            f"{text}. Compare {period}, which nothing else confirms, with the drive's period. If "
-            "the log does not record every period, give its time column, or declare how the "
-            "reference runs between its samples (reference_between), which says that the law has "
-            "a clock of its own"
+            f"{text}. Nothing else confirms {period}. Compare it with the drive's period. If the "
+            "log does not record every period, give its time column. If the law has its own clock, "
+            "declare how the reference varies between its samples (reference_between)"
         )
-    log = "has a clock of its own"
+    log = "has its own clock"
     if finding.kept is not None:
         log = f"keeps one sample in {finding.kept}"
     return (
         f"{text}. Check the time column and its unit, or declare the drive's period. If the log "
-        f"{log}, confirm that with {period}"
+        f"{log}, confirm this with {period}"
     )
 
 
 @sentence.register
 def late_control(finding: LateControl) -> str:
-    """Return by how much the control is late or early, and what corrects it."""
+    """Return the delay of the control relative to the law, and the correction.
+
+    The correction depends on the cause that the motion shows: log, law, or another column.
+    """
+    at_least = "at least " if finding.is_at_least else ""
+    later_or_earlier = "later" if finding.samples > 0 else "earlier"
     text = (
         "the recorded control is not in time with the declared control law "
-        f"({_residual(finding.residual_percent)}): it comes "
-        f"{'at least ' * finding.is_at_least}{samples_text(abs(finding.samples))} "
-        f"{'later' if finding.samples > 0 else 'earlier'}"
-        f"{', before the law could give it' * finding.is_before_law}"
+        f"({_residual(finding.residual_percent)}): it is recorded {at_least}"
+        f"{samples_text(abs(finding.samples))} {later_or_earlier} than the law gives it"
     )
+    if finding.is_before_law:
+        text += ", before the law can compute it"
     if finding.is_at_least:
         return f"{text}. Check the clocks and the columns"
     if finding.blame == "log":
         return (
-            f"{text}. The motion shows that the log is wrong: the control acts at another time. "
+            f"{text}. The motion shows that the log is wrong: the control does not act when it is "
+            "recorded. "
             f"{capitalised(shift_text('control', finding.shift))}"
         )
     if finding.blame == "position or reference":
         return (
             f"{text}. The motion shows that the control acts when it is recorded. If the reference "
-            f"or the position is written late, {shift_text('reference', finding.shift)}, or "
-            f"{shift_text('position', finding.shift)}"
+            f"is written late, {shift_text('reference', finding.shift)}. If the position is "
+            f"written late, {shift_text('position', finding.shift)}"
         )
     if finding.blame == "law":
         return (
@@ -142,15 +155,17 @@ def late_control(finding: LateControl) -> str:
     if finding.delay is None:
         text = f"{text}. {capitalised(by_log)}"
     else:
-        text = f"{text}. Declare delay={finding.delay}, or, {by_log}"
+        text = f"{text}. Declare delay={finding.delay} or, {by_log}"
     if finding.unknown:
-        text += f". This record does not show whether law or log is wrong: {finding.unknown}"
+        text += (
+            f". This record does not show whether the law or the log is wrong: {finding.unknown}"
+        )
     return text
 
 
 @sentence.register
 def constant_or_drift(finding: ConstantOrDrift) -> str:
-    """Return the size of the constant and of the drift, and what to check."""
+    """Return the constant and the drift of the control, and the instruction to check them."""
     sizes = []
     if finding.constant is not None:
         sizes.append(f"a constant of {finding.constant:.3g} {finding.unit}")
@@ -158,25 +173,28 @@ def constant_or_drift(finding: ConstantOrDrift) -> str:
         sizes.append(f"a drift of {finding.drift:.3g} {finding.unit} over the record")
     return (
         f"the recorded control follows the declared control law except for {listed(sizes)} "
-        f"({_residual(finding.residual_percent)}), which changes friction and offsets. Check the "
-        "offset of the control, the zero of the position relative to the reference, or an integral "
-        "of the drive that the law does not declare"
+        f"({_residual(finding.residual_percent)}). This changes the estimated friction and "
+        "offsets. Check the offset of the control, the zero of the position relative to the "
+        "reference, and the drive for an integral action that is not declared"
     )
 
 
 @sentence.register
 def other_gains(finding: OtherGains) -> str:
-    """Return the gains that explain the control, and the scale that may explain it instead."""
-    ways = [_gains_text(gains) for gains in finding.alternatives]
+    """Return the gains that explain the control, and the instruction to declare them.
+
+    Alternatives are other sets of gains, and a factor of the recorded control.
+    """
+    alternatives = [_gains_text(gains) for gains in finding.alternatives]
     either = "either " if finding.scale is not None else ""
-    text = f"{_differs(finding)}: {either}{'; or '.join(ways)}"
+    text = f"{_differs(finding)}: {either}{'; or '.join(alternatives)}"
     is_single = len(finding.alternatives) == 1
     if is_single and finding.has_right_gains:
         text += ", and every other gain is right"
     if finding.scale is not None:
-        text += f"; or {_scale_text(finding.scale)}. The law alone does not show which"
+        text += f"; or {_scale_text(finding.scale)}. The law alone does not show which is right"
     elif not is_single:
-        text += ". The record does not show which"
+        text += ". The record does not show which is right"
     if not is_single:
         text += ". Declare the gains of the drive"
     elif len(finding.alternatives[0]) == 1:
@@ -192,16 +210,17 @@ def other_gains(finding: OtherGains) -> str:
 
 @sentence.register
 def other_scale(finding: OtherScale) -> str:
-    """Return the scale or the sign of the control, and what to check."""
+    """Return the factor or the sign of the recorded control, and the instruction to check it."""
     return (
-        f"{_differs(finding)}: {_scale_text(finding.scale)}. With this corrected, the result is: "
-        f"{_residual(finding.scaled_percent)}. {capitalised(_check_scale(finding.scale))}"
+        f"{_differs(finding)}: {_scale_text(finding.scale)}. With this correction, the rms "
+        f"residual is {_relative_to_control(finding.scaled_percent)}. "
+        f"{capitalised(_check_scale(finding.scale))}"
     )
 
 
 @sentence.register
 def other_injected_size(finding: OtherInjectedSize) -> str:
-    """Return that the test signal has another size, and what to check."""
+    """Return the statement that the test signal has another size, and the instruction."""
     return (
         f"{_differs(finding)}: the test signal has another size in the control. "
         f"{_CHECK_INJECTED_SIZE}"
@@ -210,25 +229,28 @@ def other_injected_size(finding: OtherInjectedSize) -> str:
 
 @sentence.register
 def unexplained_control(finding: UnexplainedControl) -> str:
-    """Return that no gains explain the control, and what to check."""
+    """Return the statement that no gains explain the control, and the instructions."""
     text = (
         f"{_differs(finding)}: no change of its gains explains the difference. Check how the drive "
-        "forms the velocity, its feed-forward, filters, limits and anti-windup, the period and the "
-        "noise. Run axisid law (in Python: estimation.find_law) to find which ready law the "
-        "control follows, if of another kind"
+        "computes the velocity, its feed-forward, filters, limits and anti-windup, the period and "
+        "the noise. Run axisid law (in Python: estimation.find_law) to find out whether the "
+        "control follows another ready law"
     )
     if not finding.may_be_injected:
         return text
     return (
-        f"{text}. If a test signal was added to the control or to the reference, name it with "
-        f"{setting('columns', {'injected': 'NAME'})}, and the place with "
+        f"{text}. If a test signal was added to the control or to the reference, name its column "
+        f"with {setting('columns', {'injected': 'NAME'})}, and the place where it was added with "
         f"{setting('injected_at', 'control')} or {setting('injected_at', 'reference')}"
     )
 
 
 @sentence.register
 def repaired_law(finding: RepairedLaw) -> str:
-    """Return the change with which the law fits, and how to make it."""
+    """Return the change with which the control follows the law, and the instruction to make it.
+
+    The sentence of the repair is the end of this sentence.
+    """
     return (
         "the recorded control does not follow the declared control law "
         f"({_residual(finding.residual_percent)}), but it does (rms residual "
@@ -239,7 +261,10 @@ def repaired_law(finding: RepairedLaw) -> str:
 @sentence.register
 def exchanged_columns(_: ExchangedColumns) -> str:
     """Return the end of the sentence of a repaired law: columns that are exchanged."""
-    return "with position and reference exchanged. Check which column is which"
+    return (
+        "with position and reference exchanged. Check which column is the position and which the "
+        "reference"
+    )
 
 
 @sentence.register
@@ -248,7 +273,7 @@ def other_test_signal(finding: OtherTestSignal) -> str:
     if finding.change == "opposite sign":
         return "with the test signal times -1. Check its sign"
     if finding.change == "none":
-        return "without the test signal. Check which column it is"
+        return "without the test signal. Check which column contains the test signal"
     place = finding.change.removeprefix("added to the ")
     return f"with the test signal {finding.change}. Set {setting('injected_at', place)}"
 
@@ -259,8 +284,8 @@ def scaled_column(finding: ScaledColumn) -> str:
     unit = finding.unit or f"UNIT*{finding.times:.4g}"
     column = setting("columns", {finding.role: f"{finding.column}:{unit}"})
     return (
-        f"with the {finding.role} times {finding.times:.4g}. Correct its unit, scaling or sign. If "
-        f"no unit is given for it, use {column}"
+        f"with the {finding.role} times {finding.times:.4g}. Correct the unit, the scaling or the "
+        f"sign of this column. If it has no unit yet, use {column}"
     )
 
 
@@ -279,15 +304,19 @@ def reference_clock(finding: ReferenceClock) -> str:
     """Return the end of the sentence of a repaired law: a reference of another clock."""
     length, clock = ("shorter", "fast") if finding.rate > 0 else ("longer", "slow")
     return (
-        f"with the times of the reference {1e6 * abs(finding.rate):.4g} ppm {length}: the clock "
-        f"that stamps the reference is {clock} by as much relative to that of the position. Record "
-        "both with one clock"
+        f"with the times of the reference {1e6 * abs(finding.rate):.4g} ppm {length}: the clock of "
+        f"the reference is {clock} by this amount relative to the clock of the position. Record "
+        "both signals with one clock"
     )
 
 
 @sentence.register
 def moved_zero(finding: MovedZero) -> str:
-    """Return the end of the sentence of a repaired law: a position of another zero."""
+    """Return the end of the sentence of a repaired law: a position with another zero.
+
+    The law turns an offset of the position into a constant control, so the control may be wrong
+    instead, unless this constant exceeds the limit of the drive.
+    """
     text = (
         f"if the position is recorded {finding.position:+.3g} {finding.unit} away from its zero "
         "relative to the reference (a constant tracking error of the same size)"
@@ -295,25 +324,26 @@ def moved_zero(finding: MovedZero) -> str:
     value = f"{finding.column}:UNIT{-finding.position:+.3g}{finding.unit}"
     corrected = setting("columns", {"position": value})
     if finding.control is None:
-        return f"{text}. Subtract that from the position with {corrected}"
+        return f"{text}. Subtract this offset from the position with {corrected}"
     control = f"{finding.control:.3g} {finding.control_unit}"
     if finding.exceeds_limit:
         return (
-            f"{text}. The law makes {control} of it, more than the drive gives, so it is no "
-            f"constant of the control. Subtract it from the position with {corrected}"
+            f"{text}. The law turns this offset into a control of {control}, more than the drive "
+            "gives, so the cause is not a constant of the control. Subtract the offset from the "
+            f"position with {corrected}"
         )
     return (
-        f"{text}, or if the control is recorded {control} too large, which the law makes of it. A "
-        "constant force that the model does not explain, or an offset that should be zero, would "
-        "show that it is the control. Subtract the former from the position with "
-        f"{corrected}, or check the offset of the control, or an integral of the drive that the "
-        "law does not declare"
+        f"{text}, or if the control is recorded {control} too large, into which the law turns this "
+        "offset. The control is the cause if the model leaves a constant force unexplained, or if "
+        "an estimated offset should be zero. Subtract the offset from the position with "
+        f"{corrected}, or check the offset of the control, and the drive for an integral action "
+        "that is not declared"
     )
 
 
 @sentence.register
 def other_velocity(finding: OtherVelocity) -> str:
-    """Return the end of the sentence of a repaired law: a velocity that is formed otherwise."""
+    """Return the end of the sentence of a repaired law: a velocity that is computed otherwise."""
     return f"with the velocity of the law {finding.law}, which has the same gains. Declare that law"
 
 
@@ -328,7 +358,7 @@ def undeclared_limit(finding: UndeclaredLimit) -> str:
 
 @sentence.register
 def found_gains_agree(finding: FoundGainsAgree) -> str:
-    """Return the gains of the control, their distance from those of the fit, and how they fit."""
+    """Return the gains of the control, their distance from the fitted gains, and the residual."""
     return (
         f"the recorded control has {_values_text(finding.gains)}, {finding.standard_errors:.2g} "
         f"joint standard errors from the gains of the fit; with them, {sentence(finding.finding)}"
@@ -337,28 +367,28 @@ def found_gains_agree(finding: FoundGainsAgree) -> str:
 
 @sentence.register
 def found_gains_differ(finding: FoundGainsDiffer) -> str:
-    """Return the gains of the control and those of the fit, and what to check."""
+    """Return the gains of the control and of the fit, their distance, and the instruction."""
     residual = ""
     if finding.residual_percent is not None:
         residual = f" ({_residual(finding.residual_percent)})"
-    those = "that gain and keep it" if len(finding.gains) == 1 else "these gains and keep them"
+    gains = "this gain and keep it" if len(finding.gains) == 1 else "these gains and keep them"
     return (
         f"the recorded control follows the law with {_values_text(finding.gains)}{residual}, but "
         f"the fit finds {_values_text(finding.found)}, {finding.standard_errors:.2g} joint "
-        "standard errors away. An unmodelled force, or a delay that the law does not declare, "
-        f"moves the gains of the fit. Check those, or declare {those} fixed"
+        "standard errors away. An unmodelled force, or an undeclared delay of the law, changes the "
+        f"gains of the fit. Check the model and the delay, or declare {gains} fixed"
     )
 
 
 @sentence.register
 def law_of_second_record(finding: LawOfSecondRecord) -> str:
-    """Return the comparison of a second record with the law, and the result that is affected."""
+    """Return the result that does not hold, then the comparison of the second record and law."""
     return f"{_NOT_HOLDING[finding.result]}{sentence(finding.finding)}"
 
 
 @sentence.register
 def control_scale_moves(finding: ControlScaleMoves) -> str:
-    """Return the parameter that a wrong scale of the control changes, then how the law fits."""
+    """Return the change of a parameter by a wrong scale of the control, then the residual."""
     return (
         f"the control may be recorded {finding.scale:.5g} times as large as it is, which changes "
         f"{finding.parameter} by {finding.change:+.2g} {finding.unit} "
@@ -369,10 +399,10 @@ def control_scale_moves(finding: ControlScaleMoves) -> str:
 
 @sentence.register
 def noise_gain(finding: NoiseGain) -> str:
-    """Return the size of the noise in the control, and what to check where it is wrong."""
+    """Return the noise of the control relative to the law; a wrong ratio has an instruction."""
     text = (
-        f"the noise of the position returns in the control {finding.ratio:.3g} times as large as "
-        "the declared control law makes it"
+        f"the noise of the position appears in the control {finding.ratio:.3g} times as large as "
+        "with the declared control law"
     )
     if finding.agrees:
         return text
@@ -388,23 +418,29 @@ def samples_text(count: int) -> str:
 
 
 def shift_text(role: str, samples: int) -> str:
-    """Return the instruction that moves a column by so many samples."""
+    """Return the instruction to move the column of `role` by a whole number of samples."""
     return sentence(AdvisedShift(role=role, samples=float(samples), is_whole=True))
 
 
 def _plain(value: float) -> str:
-    """Return a number of six digits without a power of ten, as settings have it."""
+    """Return a number with six digits and without a power of ten, as in settings."""
     return np.format_float_positional(float(f"{value:.6g}"), trim="-")
 
 
 def _residual(percent: float) -> str:
-    """Return a residual relative to the control."""
+    """Return an rms residual relative to the control: ``rms residual 3 % of the control``."""
+    return f"rms residual {_relative_to_control(percent)}"
+
+
+def _relative_to_control(percent: float) -> str:
+    """Return a size relative to the control; from 100 % on ``larger than the control``."""
     if percent < 100:
-        return f"rms residual {percent:.3g} % of the control"
-    return "rms residual larger than the control"
+        return f"{percent:.3g} % of the control"
+    return "larger than the control"
 
 
 def _differs(finding: ControlDiffers) -> str:
+    """Return the statement that the control does not follow the law, with the residual."""
     residual = _residual(finding.residual_percent)
     if finding.is_large:
         return f"the recorded control does not follow the declared control law ({residual})"
@@ -423,16 +459,17 @@ def _gains_text(gains: Sequence[OtherGain]) -> str:
 
 
 def _values_text(gains: Mapping[str, float]) -> str:
+    """Return gains with their values as a list: ``kp = 160 and kv = 243``."""
     return listed([f"{name} = {value:.5g}" for name, value in gains.items()])
 
 
 def _scale_text(scale: ControlScale) -> str:
-    """Return by which factor, or with which sign, the control is recorded."""
+    """Return the factor, or the wrong sign, with which the control is recorded."""
     if scale.times < 0:
         return "its sign is opposite to the law's"
     units = ""
     if scale.units is not None:
-        units = f" (one unit stands for another, such as {scale.units[0]} for {scale.units[1]})"
+        units = f" (as with one unit in place of another: {scale.units[0]} for {scale.units[1]})"
     return (
         f"the control is recorded {scale.times:.4g} times as large as it is{units}, which scales "
         "every estimate"
@@ -440,12 +477,16 @@ def _scale_text(scale: ControlScale) -> str:
 
 
 def _check_scale(scale: ControlScale) -> str:
-    """Return what to check if the control is recorded with another scale or sign."""
+    """Return the instruction for a control that is recorded with another scale or sign.
+
+    It begins with a small letter.
+    """
     if scale.times < 0:
         return (
             "check the sign of the control, of the positions or of the gains, and which column is "
             "the position and which the reference"
         )
     return (
-        "check the unit and the scaling of the control, or those that position and reference share"
+        "check the unit and the scaling of the control, and the common unit and scaling of "
+        "position and reference"
     )

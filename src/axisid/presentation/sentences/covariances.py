@@ -1,10 +1,11 @@
-"""Sentences of how standard errors were found."""
+"""Descriptions of standard errors: estimator, lags, corrections and simulated replicas."""
 
 from collections.abc import Iterable, Mapping
 
 from axisid.estimation.regression import CovarianceNote
 from axisid.support.mappings import grouped
 
+#: Names of covariances by kind, in full and in short.
 _KINDS = {
     "classical": "i.i.d., residual variance with n - k",
     "robust": "heteroscedasticity-robust",
@@ -27,17 +28,19 @@ _AT_LEAST_AR1 = "no smaller than for AR(1) residuals, because few scores are ind
 
 
 def covariance_text(note: CovarianceNote) -> str:
-    """Return the name of a covariance with its lags, corrections and replicas."""
+    """Return the description of a covariance: estimator, lags, corrections and replicas."""
     return _joined(_estimator(note, [note]), _calibration(note))
 
 
 def shared_covariance_text(notes: Mapping[str, CovarianceNote]) -> str:
-    """Return one text for the covariances of several methods, which differ in lags and replicas.
+    """Return one description for the covariances of several methods.
+
+    It lists the lags of all methods, and names the methods whose corrections or replicas differ.
 
     Parameters
     ----------
     notes : mapping of str to CovarianceNote
-        By method, of one kind.
+        Notes of one kind, by method.
     """
     every = [*notes.values()]
     start = _estimator(every[0], every)
@@ -49,7 +52,7 @@ def shared_covariance_text(notes: Mapping[str, CovarianceNote]) -> str:
 
 
 def covariance_in_short(note: CovarianceNote) -> str:
-    """Return what standard errors are and what calibrates them, without lags and noise."""
+    """Return the short description of a covariance: its name and its replicas, without lags."""
     name = _SHORT.get(note.kind, note.label)
     if note.replicas:
         records = "records" if len(note.noise) > 1 else "record"
@@ -60,7 +63,7 @@ def covariance_in_short(note: CovarianceNote) -> str:
 
 
 def _estimator(note: CovarianceNote, every: Iterable[CovarianceNote]) -> str:
-    """Return the estimator, with the lags of all."""
+    """Return the estimator of a covariance; HAC has the different lags of all notes `every`."""
     if note.kind == "published":
         return f"i.i.d., residual variance with n - 1 = {note.degrees}"
     if note.kind == "hac":
@@ -75,17 +78,22 @@ def _estimator(note: CovarianceNote, every: Iterable[CovarianceNote]) -> str:
 
 
 def _calibration(note: CovarianceNote) -> str:
-    """Return what few scores and simulated replicas do to it; empty for nothing."""
+    """Return the corrections for few scores and by simulated replicas; empty for none.
+
+    If there are no replicas, it has the reason.
+    """
     parts = []
     if note.is_at_least_ar1:
         parts.append(_AT_LEAST_AR1)
     if note.replicas:
-        numbered = note.noise
-        if len(numbered) > 1:
-            numbered = tuple(f"record {i}: {noise}" for i, noise in enumerate(note.noise, 1))
+        noise_of_records = note.noise
+        if len(note.noise) > 1:
+            noise_of_records = tuple(
+                f"record {i}: {noise}" for i, noise in enumerate(note.noise, 1)
+            )
         parts.append(
             f"calibrated with {note.replicas} simulated replicas of the record with "
-            f"{'; '.join(numbered)}"
+            f"{'; '.join(noise_of_records)}"
         )
     if note.is_silent:
         parts.append("the loop shows no noise")
@@ -95,4 +103,5 @@ def _calibration(note: CovarianceNote) -> str:
 
 
 def _joined(*parts: str) -> str:
+    """Return the parts that are not empty, separated by semicolons."""
     return "; ".join(part for part in parts if part)

@@ -9,7 +9,8 @@ from axisid.estimation.findings import Finding
 def sentence(finding: Finding) -> str:
     """Return the sentence of a finding, without a full stop at its end.
 
-    A module of this room registers a function for each type of finding.
+    The first letter is small, except in names. Each module of this package registers one function
+    for each type of finding.
 
     Raises
     ------

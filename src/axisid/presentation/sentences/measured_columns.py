@@ -12,16 +12,20 @@ from axisid.support.settings import setting
 from .dispatch import sentence
 from .words import one_after_another
 
+# Smallest uncertainties that are printed.
 _LEAST_FACTOR_UNCERTAINTY = 1e-4
 _LEAST_DELAY_UNCERTAINTY = 1e-2  # samples
 
 
 @sentence.register
 def force_against_control(finding: ForceAgainstControl) -> str:
-    """Return how the recorded force differs from the force from the control, and what to check."""
-    computed, remedied = "the force that the drive makes of the control", "the drive"
+    """Return the difference between recorded and computed force, and the instruction to check.
+
+    The computed force is the drive gain times the control, or the drive model applied to it.
+    """
+    computed, to_check = "the force that the drive model gives for the control", "the drive"
     if finding.gain is not None:
-        computed, remedied = "drive gain times control", "the gain"
+        computed, to_check = "drive gain times control", "the gain"
     percent = f"{finding.difference_percent:.3g} % of {computed}, rms"
     if finding.fault is None:
         return f"the force column agrees with {computed}: the difference is {percent}"
@@ -45,12 +49,12 @@ def force_against_control(finding: ForceAgainstControl) -> str:
     return (
         f"the force column is {finding.factor:.3g} times {computed}, {1e3 * abs(finding.lag):.2g} "
         f"ms {timing}; the difference is {percent}. Check the column, its unit and timing, "
-        f"and {remedied}"
+        f"and {to_check}"
     )
 
 
 def _drive(finding: ForceAgainstControl) -> str:
-    """Return the declared drive; of a gain also the one that the force has."""
+    """Return the declared drive in words; for a constant gain, both the declared and found gain."""
     gain = finding.gain
     if gain is None:
         return f"the drive ({finding.drive})"
@@ -62,7 +66,7 @@ def _drive(finding: ForceAgainstControl) -> str:
 
 @sentence.register
 def control_against_limit(finding: ControlAgainstLimit) -> str:
-    """Return how often the control exceeds the limit of the drive, and what to correct."""
+    """Return the share of samples beyond the limit of the drive, and the instruction."""
     limit = f"{finding.limit:g} {finding.unit}"
     if not finding.is_beyond:
         return (
@@ -89,16 +93,19 @@ def control_against_limit(finding: ControlAgainstLimit) -> str:
 
 @sentence.register
 def measured_motion(finding: MeasuredMotion) -> str:
-    """Return how a measured velocity or acceleration differs from the computed one."""
+    """Return the factor, delay and offset of a measured velocity or acceleration, with remedies.
+
+    They are relative to a computed signal, such as the derivative of the position.
+    """
     role, reference = finding.role, f"the {finding.reference}"
     if finding.reference == "velocity of the simulated loop":
         reference += ", which follows the reference"
     if finding.is_other_signal:
         columns = setting("columns", {role: "NAME:UNIT"})
         return (
-            f"the measured {role} is not {reference}: {finding.unexplained_percent:.3g} % of it "
-            f"(rms) is unexplained by a factor, a delay and a constant ({_figures(finding)}). "
-            f"Check the column, and name the right one with {columns}"
+            f"the measured {role} is not {reference}: a factor, a delay and a constant leave "
+            f"{finding.unexplained_percent:.3g} % of it (rms) unexplained ({_figures(finding)}). "
+            f"Check the column, and name the right column with {columns}"
         )
     if finding.is_wrong:
         texts = [f"the measured {role} differs from {reference}: {_figures(finding)}"]
@@ -109,7 +116,7 @@ def measured_motion(finding: MeasuredMotion) -> str:
 
 
 def _figures(finding: MeasuredMotion) -> str:
-    """Return the factor, delay and offset of a measured column, and the worst of them."""
+    """Return factor, delay and offset of a measured column; the worst relative to its tolerance."""
     factor = max(finding.factor_uncertainty, _LEAST_FACTOR_UNCERTAINTY)
     delay = max(finding.delay_uncertainty, _LEAST_DELAY_UNCERTAINTY)
     timing = "late" if finding.delay >= 0 else "early"
@@ -135,13 +142,14 @@ def _instruction(finding: MeasuredMotion) -> str:
 
 
 def _delay_correction(role: str, corrections: ColumnCorrections) -> str:
+    """Return the instruction to shift the column of `role`; to interpolate it without a shift."""
     if corrections.shift is None:
         return f"interpolate the {role} between its values ({advised_interpolation(role)})"
     return sentence(corrections.shift)
 
 
 def _factor_correction(role: str, corrections: ColumnCorrections) -> str:
-    """Return how to correct the unit, sign or scale of the column of `role`."""
+    """Return the instruction to correct the unit, sign or scale of the column of `role`."""
     column = corrections.column
     if corrections.likely_unit is not None:
         columns = setting("columns", {role: f"{column}:{corrections.likely_unit}"})

@@ -1,4 +1,4 @@
-"""Sentences of terms that a model lacks, and of parameters that change or are given wrongly."""
+"""Sentences of missing terms of a model, and of parameters that change or have wrong values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from .words import capitalised, one_after_another
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Words:
-    """Words of a built-in term, with its numbers, units and the coordinate's name to fill in.
+    """Words of a term, with placeholders for its numbers, units and the coordinate's name.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class _Words:
     advice : str
         Instruction, which begins with a verb.
     statement : str
-        States that the term is missing; if empty, the statement is formed from the name.
+        Statement that the term is missing; if empty, it is formed from the name.
     size : str
-        Describes the size of the term, which is filled in for ``{size}``.
+        Text on the size of the term, with the placeholder ``{size}``.
     """
 
     name: str
@@ -38,16 +38,16 @@ class _Words:
     size: str = "{size}"
 
     @property
-    def said(self) -> str:
-        """Return the statement."""
+    def missing_statement(self) -> str:
+        """Return the statement that the term is missing."""
         return self.statement or f"{self.name} is missing"
 
 
 #: Words by kind of the built-in terms.
 _WORDS: Mapping[str, _Words] = {
-    "constant": _Words(name="a constant force", advice="declare offset(F0)"),
-    "coulomb": _Words(name="Coulomb friction", advice="declare coulomb(Fc, {q})"),
-    "viscous": _Words(name="viscous friction", advice="declare viscous(Fv, {q})"),
+    "constant": _Words(name="a constant force", advice="add offset(F0) to the model"),
+    "coulomb": _Words(name="Coulomb friction", advice="add coulomb(Fc, {q}) to the model"),
+    "viscous": _Words(name="viscous friction", advice="add viscous(Fv, {q}) to the model"),
     "inertia": _Words(
         name="a force proportional to the acceleration", advice="declare another inertia"
     ),
@@ -59,83 +59,88 @@ _WORDS: Mapping[str, _Words] = {
     ),
     "quadratic": _Words(
         name="friction proportional to the square of the speed",
-        advice="declare quadratic(Fq, {q}), or a Stribeck peak (stribeck) if friction differs at "
-        "low speed",
+        advice="add quadratic(Fq, {q}) to the model, or a Stribeck peak (stribeck) if friction "
+        "differs at low speed",
     ),
     "stribeck": _Words(
         name="friction that is higher or lower at speeds up to about {at:.1g} {unit}/s",
         statement="friction is {side} at speeds up to about {at:.1g} {unit}/s",
-        advice="declare stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) in addition to coulomb",
+        advice="add stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) to the model, in addition to "
+        "coulomb",
     ),
-    "slope": _Words(name="a force proportional to the position", advice="declare spring(k, {q})"),
+    "slope": _Words(
+        name="a force proportional to the position", advice="add spring(k, {q}) to the model"
+    ),
     "bend": _Words(
         name="a force proportional to the square of the position",
-        advice="declare offset(kq*{q}**2)",
+        advice="add offset(kq*{q}**2) to the model",
     ),
     "turn": _Words(
-        name="a torque that is periodic in one turn",
-        advice="declare gravity_moment(a, b, {q})",
+        name="a torque with a period of one turn",
+        advice="add gravity_moment(a, b, {q}) to the model",
     ),
     "place": _Words(
         name="a force that is periodic in the position (every {at:.3g} {unit})",
-        advice="declare cogging(a, b, {q}, period={at:.3g})",
+        advice="add cogging(a, b, {q}, period={at:.3g}) to the model",
     ),
     "friction slope": _Words(
-        name="friction that depends on the position (linearly)",
-        statement="friction depends on the position (linearly)",
-        advice="declare coulomb(Fq*{q}, {q}) in addition to the declared friction",
+        name="friction that depends linearly on the position",
+        statement="friction depends linearly on the position",
+        advice="add coulomb(Fq*{q}, {q}) to the friction of the model",
     ),
     "friction bend": _Words(
-        name="friction that depends on the position (by its square)",
-        statement="friction depends on the position (by its square)",
-        advice="declare coulomb(Fq*{q}**2, {q}) in addition to the declared friction",
+        name="friction that depends on the square of the position",
+        statement="friction depends on the square of the position",
+        advice="add coulomb(Fq*{q}**2, {q}) to the friction of the model",
     ),
     "friction place": _Words(
-        name="friction that depends on the position (every {at:.3g} {unit})",
-        statement="friction depends on the position (every {at:.3g} {unit})",
-        advice="declare periodic_coulomb(a, b, {q}, period={at:.3g})",
+        name="friction that is periodic in the position (every {at:.3g} {unit})",
+        statement="friction is periodic in the position (every {at:.3g} {unit})",
+        advice="add periodic_coulomb(a, b, {q}, period={at:.3g}) to the model",
     ),
     "resonance": _Words(
         name="a resonance with an antiresonance near {at:.2g} Hz",
         statement="the axis has a resonance with an antiresonance near {at:.2g} Hz, and a rigid "
         "model is valid up to about {rigid:.2g} Hz",
-        advice="lower the cut-off of identify to that frequency ({cutoff}), or move more slowly",
+        advice="lower the cut-off of identify to this frequency ({cutoff}), or record slower "
+        "motions",
     ),
     "delay": _Words(
         name="a lag, a delay or a rate limit of the drive",
         statement="the drive has another lag or delay than declared, or a rate limit that noise "
         "reaches",
-        advice="declare it, or move the column that is late",
+        advice="declare the lag, delay or rate limit of the drive, or move the column that is late",
     ),
     "loss": _Words(
         name="a load-dependent loss",
-        statement="the load causes a loss: the drive gives less force where it drives, and more "
-        "where it brakes",
-        advice="compare its share of the force with the accuracy that you need, as no element "
-        "describes it",
+        statement="the load causes a loss: the drive gives less force when it drives the load, and "
+        "more when it brakes the load",
+        advice="compare the share of this force with the accuracy that you need, because no "
+        "element describes the loss",
     ),
     "presliding": _Words(
         name="friction that differs just after a velocity reversal (pre-sliding)",
         statement="friction is higher or lower just after a velocity reversal (pre-sliding)",
-        advice="declare a bristle model (dahl or lugre), or leave out more of the reversals",
+        advice="add a bristle model (dahl or lugre), or exclude more samples near the reversals",
     ),
     "backlash": _Words(
         name="a force that is late at its change of sign (backlash)",
         statement="the force is late where it changes its sign (backlash, play)",
-        advice="remove the play, or identify motions in which the force keeps its sign",
+        advice="remove the play, or record motions in which the force keeps its sign",
     ),
     "dead band": _Words(
         name="a dead band of the drive",
-        statement="the drive gives less force than its control commands, in both directions",
-        advice="declare its dead band{dead_band}",
+        statement="the drive gives less force than the control commands, in both directions",
+        advice="declare the dead band of the drive{dead_band}",
     ),
     "saturation": _Words(
         name="a limit of the drive at about {at:.2g} {force}",
-        statement="the drive gives no more than about {at:.2g} {force}, whatever is commanded",
-        advice="declare its limit{limit_set}, or command less",
+        statement="the drive gives no more than about {at:.2g} {force}, whatever the control "
+        "commands",
+        advice="declare the limit of the drive{limit_set}, or record motions with less force",
     ),
 }
-#: Of a delay that is negative.
+#: Words of a negative delay.
 _EARLY = _Words(
     name="a force that acts before the recorded control",
     statement="a force acts before the recorded control: the control lacks a feed-forward, a delay "
@@ -147,9 +152,9 @@ _EARLY = _Words(
 
 @sentence.register
 def missing_terms(finding: MissingTerms) -> str:
-    """Return what the model lacks, the largest part of the force first."""
+    """Return the sentences of all missing terms, the largest part of the force first."""
     if not finding.found:
-        return "the residual has none of the terms that were tested"
+        return "the residual contains none of the terms that were tested"
     texts = [sentence(finding.found[0])]
     for each in finding.found[1:]:
         also = "also missing: " if isinstance(each, MissingTerm) else ""
@@ -158,14 +163,17 @@ def missing_terms(finding: MissingTerms) -> str:
     if finding.may_be_long_delay:
         text += (
             ". The delay or lag that is declared too long may cause this (see alignment). Correct "
-            "it first"
+            "this delay or lag first"
         )
     return text
 
 
 @sentence.register
 def missing_term(finding: MissingTerm) -> str:
-    """Return the term with its size and share of the force, and the element to declare."""
+    """Return the term with its size and share of the force, and the element to add.
+
+    Alternatives are terms that explain nearly as much of the force.
+    """
     text = f"{_statement(finding)}. {capitalised(_advice(finding.term, finding))}"
     for other in finding.others:
         name = _filled(_words_of(other).name, other, finding)
@@ -175,7 +183,10 @@ def missing_term(finding: MissingTerm) -> str:
 
 @sentence.register
 def changed_parameter(finding: ChangedParameter) -> str:
-    """Return the change of a parameter, and how to avoid it."""
+    """Return the change of a parameter, and the instruction to correct or avoid it.
+
+    It is the error of a fixed value, a slow drift over the record, or a sudden change.
+    """
     name = "the drive gain" if finding.is_gain else f"the parameter {finding.parameter}"
     part = share_text(finding.share)
     if finding.change == "held":
@@ -195,13 +206,13 @@ def changed_parameter(finding: ChangedParameter) -> str:
         )
     return (
         f"{name} changes by {change} from about {finding.seconds:.3g} s on, {part}. Identify the "
-        "record before and after that time separately, or find what was changed then"
+        "parts before and after this time separately, or find the change of the machine"
     )
 
 
 @sentence.register
 def moved_parameter(finding: MovedParameter) -> str:
-    """Return how far a parameter is off."""
+    """Return the error or change of a parameter that is too large, with the threshold."""
     if finding.is_changing:
         change = (
             f"{finding.parameter} changes by {finding.percent:.2g} % of its value in the record"
@@ -212,13 +223,16 @@ def moved_parameter(finding: MovedParameter) -> str:
             "of its value"
         )
     return (
-        f"{change}, and a value that is more than {finding.most_percent:g} % off must not be used. "
+        f"{change}. Do not use a value that is wrong by more than {finding.most_percent:g} %. "
         "Correct the model or the record first"
     )
 
 
 def share_text(share: ShareOfForce) -> str:
-    """Return the share of the force, with the part that the declared terms cannot explain."""
+    """Return the share of the force, and the share that the declared terms cannot explain.
+
+    Equal shares are printed once.
+    """
     if share.percent > 100:
         whole = "more than the force itself"
     else:
@@ -230,10 +244,11 @@ def share_text(share: ShareOfForce) -> str:
 
 
 def _statement(finding: MissingTerm) -> str:
-    """Return that a term is missing, its size, and its share of the force."""
+    """Return the statement that a term is missing, with its size and share of the force."""
     words = _words_of(finding.term, is_negative=finding.size < 0)
-    text = _filled(words.said, finding.term, finding)
-    # A size larger than the force is one that the model's own parameters cancel.
+    text = _filled(words.missing_statement, finding.term, finding)
+    # A term larger than the force itself is nearly cancelled by the declared terms, so its size
+    # has no meaning.
     if finding.unit and finding.share.percent <= 100:
         size = _size(finding.size, finding.standard_error, finding.unit)
         text += f": {words.size.format(size=size)}"
@@ -249,7 +264,7 @@ def _advice(term: CandidateTerm, finding: MissingTerm) -> str:
 
 
 def _words_of(term: CandidateTerm, *, is_negative: bool = False) -> _Words:
-    """Return the words of a built-in term, or those that a term of the user's own has."""
+    """Return the words of a built-in term, or the words that a user's own term brings with it."""
     if term.what or term.declare:
         return _Words(
             name=term.what or term.kind,
@@ -265,7 +280,7 @@ def _words_of(term: CandidateTerm, *, is_negative: bool = False) -> _Words:
 
 
 def _filled(text: str, term: CandidateTerm, finding: MissingTerm) -> str:
-    """Return a text with the numbers of a term, and with the units of the axis."""
+    """Return a text whose placeholders are filled with the numbers of a term and the units."""
     cutoff, dead_band, limit = term.cutoff or 0.0, term.dead_band or 0.0, term.limit or 0.0
     return text.format(
         q=finding.coordinate,
@@ -284,7 +299,7 @@ def _filled(text: str, term: CandidateTerm, finding: MissingTerm) -> str:
 
 
 def _drive_setting(key: str, value: float | None, unit: str) -> str:
-    """Return how a number of the drive is declared; empty where it is not known."""
+    """Return the declaration of a number of the drive as text; empty if the number is None."""
     if value is None:
         return ""
     return (
@@ -294,4 +309,5 @@ def _drive_setting(key: str, value: float | None, unit: str) -> str:
 
 
 def _size(size: float, standard_error: float, unit: str) -> str:
+    """Return a signed size with its standard error and unit: ``+2.5 +- 0.1 N``."""
     return f"{size:+.3g} +- {standard_error:.1g} {unit}".rstrip()

@@ -1,4 +1,4 @@
-"""Sentences of the residual, of the simulated loop, and of the noise of a record."""
+"""Sentences of the repeating residual, of the simulated loop, and of the noise of a record."""
 
 from collections.abc import Mapping
 
@@ -14,6 +14,7 @@ from axisid.support.settings import setting
 from .dispatch import sentence
 
 _CORRECT_MODEL = "Correct the model first (see model), which may cause this"
+#: Names of the sources of noise, by kind.
 _NOISE: Mapping[str, str] = {
     "position step": "quantisation of the position",
     "position": "white noise of the position",
@@ -29,32 +30,38 @@ _NOISE: Mapping[str, str] = {
 
 @sentence.register
 def residual_at_repeats(finding: ResidualAtRepeats) -> str:
-    """Return the part of the residual that repeats with the motion, and the part that is noise."""
-    again = "repeats with the motion"
+    """Return the part of the residual that repeats with the motion, and the part that is noise.
+
+    `finding.left` is the regressed quantity: force or acceleration.
+    """
+    repeats = "repeats with the motion"
     if finding.period is not None:
-        again += f" every {finding.period:.4g} s"
-    unit, left = finding.unit, finding.left
+        repeats += f" every {finding.period:.4g} s"
+    unit, regressed = finding.unit, finding.left
     share = f"{finding.percent:.0f} % of the power of the residual"
     noise = f"{finding.noise:.2g} {unit} (rms) is noise"
     parts = (
-        f"{finding.repeated:.2g} {unit} (rms, {finding.repeated_percent:.2g} % of the {left}) "
-        f"{again}; {noise}"
+        f"{finding.repeated:.2g} {unit} (rms, {finding.repeated_percent:.2g} % of the {regressed}) "
+        f"{repeats}; {noise}"
     )
     if finding.nature == "systematic":
         return f"{share} is systematic: {parts}"
     if finding.nature == "steps":
-        return f"{share} repeats but jumps from row to row, as encoder steps do: {parts}"
+        return f"{share} repeats but jumps from row to row, as with encoder steps: {parts}"
     if finding.nature == "small":
-        return f"most of the residual is noise, {finding.percent:.0f} % is systematic: {parts}"
+        return (
+            f"most of the residual is noise; {finding.percent:.0f} % of its power is systematic: "
+            f"{parts}"
+        )
     return (
-        f"the residual is noise, no significant part of it ({finding.percent:.0f} %) {again}: "
-        f"{noise}"
+        f"the residual is noise; no significant part of its power ({finding.percent:.0f} %) "
+        f"{repeats}: {noise}"
     )
 
 
 @sentence.register
 def loop_not_simulated(finding: LoopNotSimulated) -> str:
-    """Return why the loop cannot be simulated."""
+    """Return the reason why the closed loop cannot be simulated with the estimate."""
     text = (
         "the closed loop cannot be simulated with this estimate, although the recorded axis moved: "
         f"{finding.reason}"
@@ -64,7 +71,7 @@ def loop_not_simulated(finding: LoopNotSimulated) -> str:
 
 @sentence.register
 def simulated_loop(finding: SimulatedLoop) -> str:
-    """Return the simulation error, and the cause to look for."""
+    """Return the simulation error of the closed loop; a large error has a cause and a remedy."""
     error = f"{finding.percent:.3g} % of the {finding.left}"
     if finding.reproduces:
         return (
@@ -87,17 +94,18 @@ def simulated_loop(finding: SimulatedLoop) -> str:
 
 @sentence.register
 def resting_axis(finding: RestingAxis) -> str:
-    """Return the share of rests, and how to leave them out."""
+    """Return the share of samples at standstill, and the instruction to exclude them."""
     return (
-        f"the axis rests in {finding.percent:.0f} % of the samples of the fit, where sticking "
-        "friction takes any force and no model gives it. Leave the rests out first "
-        f"({setting('reversals', 'leave-out')}, and raise the cut-off if too few samples remain)"
+        f"the axis stands still in {finding.percent:.0f} % of the samples of the fit. At "
+        "standstill sticking friction can have any value, which no model predicts. First exclude "
+        f"these samples with {setting('reversals', 'leave-out')}, and raise the cut-off if too few "
+        "samples remain"
     )
 
 
 @sentence.register
 def noise_sources(finding: NoiseSources) -> str:
-    """Return the sources of noise with their sizes."""
+    """Return the sources of noise with their sizes as a list; ``no noise`` without any."""
     text = ", ".join(_noise_source(each) for each in finding.sources) or "no noise"
     if finding.is_measured_by_law:
         return text

@@ -1,20 +1,18 @@
-"""Lists and numbers within sentences."""
+"""Lists of names and sequences of sentences."""
 
 from collections.abc import Sequence
 
-
-def listed(names: Sequence[str]) -> str:
-    """Return names as a list in a sentence: ``a, b and c``."""
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} and {names[-1]}"
+from axisid.support.wording import listed as listed
 
 
 def one_after_another(texts: Sequence[str]) -> str:
-    """Return sentences one after another; the first letter of the first stays as it is."""
+    """Return sentences as one text, separated by full stops; the last has none.
+
+    All sentences but the first get a capital letter, because another text may precede the first.
+    """
     return ". ".join([*texts[:1], *map(capitalised, texts[1:])])
 
 
 def capitalised(text: str) -> str:
-    """Return a text as the beginning of a sentence within others."""
+    """Return a text with a capital first letter."""
     return text[:1].upper() + text[1:]

@@ -1,6 +1,7 @@
 """Results as documents of sentences and tables.
 
-In: a result. Out: a document of blocks. Knows nothing of how statistics are computed.
+In: a result, live or read from a file. Out: a document of blocks. Knows nothing of how statistics
+are computed.
 """
 
 from .comparison import comparison_document as comparison_document

@@ -31,12 +31,41 @@ _SMALLEST_P = 1e-16
 
 
 def comparison_document(c: Comparison) -> Document:
-    """Return a comparison as a document.
+    """Return a comparison of candidate models as a document.
 
     It has estimates, errors and tests of the candidates, the recommendation, and the common rows.
     """
-    nested = text_table(
-        ("nested model", "restrictions", "Wald/q, HAC", "p"),
+    tests = (_wald_tests(c),) if c.tests else ()
+    return (
+        _heading(c),
+        _estimates(c.candidates),
+        _errors(c.candidates),
+        *tests,
+        Paragraph(sentences=(*_test_sentences(c), *_remarks(c))),
+        paragraph(
+            Sentence(lead="recommended: ", text=f"{c.recommended or 'none'}; {c.reason}.", hang=4)
+        ),
+        paragraph(_rows(c)),
+    )
+
+
+def _estimates(candidates: Sequence[Candidate]) -> TableBlock:
+    """Return the table of the estimates with standard errors, one column for each candidate."""
+    units = {q.name: q.unit for each in candidates for q in each.estimate.quantities}
+    return text_table(
+        ["estimate +- sd", "unit", *(each.name for each in candidates)],
+        (
+            (name, unit, *(_short(each.estimate.parameters.get(name)) for each in candidates))
+            for name, unit in units.items()
+        ),
+        labels=2,
+    )
+
+
+def _wald_tests(c: Comparison) -> TableBlock:
+    """Return the table of the Wald tests: each smaller model within a larger one."""
+    return text_table(
+        ("nested model", "restrictions q", "Wald/q, HAC", "p"),
         (
             (
                 f"{t.smaller} in {t.larger}",
@@ -47,43 +76,23 @@ def comparison_document(c: Comparison) -> Document:
             for t in c.tests
         ),
     )
-    return (
-        _heading(c),
-        text_table(
-            ["estimate +- sd", "unit", *(e.name for e in c.candidates)],
-            (
-                (name, unit, *(_short(e.estimate.parameters.get(name)) for e in c.candidates))
-                for name, unit in {
-                    q.name: q.unit for e in c.candidates for q in e.estimate.quantities
-                }.items()
-            ),
-            labels=2,
-        ),
-        _errors(c.candidates),
-        *((nested,) if c.tests else ()),
-        Paragraph(
-            sentences=(
-                *(
-                    Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested}.")
-                    for t in c.tests
-                    if t.not_tested
-                ),
-                *(
-                    Sentence(
-                        text=f"{t.larger} does not fit this record significantly better than "
-                        f"{t.smaller} (Wald p = {_p(t.wald_p)})."
-                    )
-                    for t in c.tests
-                    if t.wald_p is not None and t.wald_p >= SIGNIFICANCE_LEVEL.value
-                ),
-                *_remarks(c),
+
+
+def _test_sentences(c: Comparison) -> list[Sentence]:
+    """Return sentences on the models that are not tested, and on tests that are not significant."""
+    sentences = [
+        Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested}.")
+        for t in c.tests
+        if t.not_tested
+    ]
+    for t in c.tests:
+        if t.wald_p is not None and t.wald_p >= SIGNIFICANCE_LEVEL.value:
+            text = (
+                f"{t.larger} does not fit this record significantly better than {t.smaller} "
+                f"(Wald p = {_p(t.wald_p)})."
             )
-        ),
-        paragraph(
-            Sentence(lead="recommended: ", text=f"{c.recommended or 'none'}; {c.reason}.", hang=4)
-        ),
-        paragraph(_rows(c)),
-    )
+            sentences.append(Sentence(text=text))
+    return sentences
 
 
 def _heading(c: Comparison) -> Heading:
@@ -97,7 +106,7 @@ def _heading(c: Comparison) -> Heading:
             **set_aside_facts(c.set_aside),
             "columns": "",
             "method": f"{c.method.upper()} on the same rows for all candidates; {c.blocks} blocks "
-            f"held out, with a gap of {c.gap} rows on both sides",
+            f"are held out in turn, with a gap of {c.gap} rows on both sides",
         }
     )
 
@@ -111,7 +120,10 @@ def _left_out(candidates: Sequence[Candidate]) -> str:
 
 
 def _short(value: Value | None) -> Cell:
-    """Return a value and its standard error, to two digits of the error; a dash without one."""
+    """Return a value and its standard error, rounded to two digits of the standard error.
+
+    It is a dash for None, if the candidate does not have the parameter.
+    """
     if value is None:
         return "-"
     places = decimals(value.deviation)
@@ -119,81 +131,84 @@ def _short(value: Value | None) -> Cell:
 
 
 def _errors(candidates: Sequence[Candidate]) -> TableBlock:
-    """Return the table of the candidates' errors and information criteria."""
-    least = {name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic")}
-    return text_table(
-        ("candidate", "k", "equation %", "held out %", "simulation %", "dAIC", "dBIC"),
-        (
+    """Return the table of the candidates' errors and information criteria.
+
+    The criteria are minus the smallest of all candidates.
+    """
+    smallest = {
+        name: min(getattr(each.criteria, name) for each in candidates) for name in ("aic", "bic")
+    }
+    rows = []
+    for each in candidates:
+        above = [getattr(each.criteria, name) - least for name, least in smallest.items()]
+        rows.append(
             (
-                c.name,
-                str(c.size),
-                or_dash(c.estimate.equation_error_percent, ".4f"),
-                or_dash(c.equation.error_percent, ".4f"),
-                or_dash(c.estimate.simulation_error_percent, ".4f"),
-                *(
-                    f"{above:.1f}" if math.isfinite(above) else "-"
-                    for above in (getattr(c.criteria, name) - low for name, low in least.items())
-                ),
+                each.name,
+                str(each.size),
+                or_dash(each.estimate.equation_error_percent, ".4f"),
+                or_dash(each.equation.error_percent, ".4f"),
+                or_dash(each.estimate.simulation_error_percent, ".4f"),
+                *(f"{value:.1f}" if math.isfinite(value) else "-" for value in above),
             )
-            for c in candidates
+        )
+    return text_table(
+        (
+            *("candidate", "parameters", "equation [%]", "held out [%]", "simulation [%]"),
+            *("dAIC", "dBIC"),
         ),
+        rows,
+        title=f"Errors in % of the {candidates[0].estimate.form.left} (rms), and criteria minus "
+        "the smallest",
     )
 
 
 def _p(value: float | None) -> str:
-    """Return a p-value as text; a dash without one."""
+    """Return a p-value as text; a dash for None or NaN."""
     if value is None or math.isnan(value):
         return "-"
     return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
 
 
 def _remarks(c: Comparison) -> list[Sentence]:
-    """Return sentences on failed bounds, the control law, excluded candidates and limits."""
-    first, *others = c.candidates
-    return [
-        *(
-            Sentence(text=f"{each.name}: {check.meaning}.")
-            for each in c.candidates
-            for check in [within_bounds(each.estimate, explained_by_others=each.name not in c.tied)]
-            if isinstance(check, Check) and check.status == "fail"
-        ),
-        *(
-            []
-            if isinstance(c.law, Missing) or c.law.passed
-            else [Sentence(text=f"Do not use these results: {c.law.sentence}.")]
-        ),
-        *(Sentence(text=f"{name} is excluded: {why}") for name, why in c.failures.items()),
-        *(
-            Sentence(text=f"no simulation of {', '.join(of)}: {why}")
-            for why, of in grouped(
-                (str(e.estimate.simulated), e.name)
-                for e in c.candidates
-                if isinstance(e.estimate.simulated, NotSimulated)
-            ).items()
-        ),
-        *(
-            Sentence(
-                text=f"On these rows, {a} and {b} are the same model with different parameters."
-            )
-            for a, b in c.same
-        ),
-        *(
-            Sentence(
-                text=f"{e.name} and {first.name} have different control laws, so their simulation "
-                "errors also contain this difference."
-            )
-            for e in others
-            if e.axis.axis.control != first.axis.axis.control
-        ),
+    """Return sentences on the limits of the comparison, one for each finding.
+
+    They are on failed bounds, the control law, excluded candidates, missing simulations, equal
+    models and different control laws, in this order.
+    """
+    texts = []
+    for each in c.candidates:
+        bounds = within_bounds(each.estimate, explained_by_others=each.name not in c.tied)
+        if isinstance(bounds, Check) and bounds.status == "fail":
+            texts.append(f"{each.name}: {bounds.meaning}.")
+    if not (isinstance(c.law, Missing) or c.law.passed):
+        texts.append(f"Do not use these results: {c.law.sentence}.")
+    texts += [f"{name} is excluded: {why}" for name, why in c.failures.items()]
+    not_simulated = grouped(
+        (str(each.estimate.simulated), each.name)
+        for each in c.candidates
+        if isinstance(each.estimate.simulated, NotSimulated)
+    )
+    texts += [f"No simulation of {', '.join(names)}: {why}" for why, names in not_simulated.items()]
+    texts += [
+        f"On these rows, {a} and {b} are the same model with different parameters."
+        for a, b in c.same
     ]
+    first, *others = c.candidates
+    texts += [
+        f"{each.name} and {first.name} have different control laws, so their simulation errors "
+        "also contain this difference."
+        for each in others
+        if each.axis.axis.control != first.axis.axis.control
+    ]
+    return [Sentence(text=text) for text in texts]
 
 
 def _rows(c: Comparison) -> str:
     """Return a note on how the records became the common rows."""
-    drive, measured = c.candidates[0].axis.axis.drive, c.record.force is not None
+    drive, is_measured = c.candidates[0].axis.axis.drive, c.record.force is not None
     return rows_text(
         [data.sampling for data in c.problem.data],
         len(c.candidates[0].estimate.y),
-        force_told(drive, drive.remark, is_gain=drive.is_gain, measured=measured),
+        force_told(drive, drive.remark, is_gain=drive.is_gain, measured=is_measured),
         [data.record.motion for data in c.problem.data],
     )

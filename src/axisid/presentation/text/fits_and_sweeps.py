@@ -1,4 +1,4 @@
-"""Fits and studies as documents: outputs, laws of a control, estimates over the cut-off."""
+"""Fits, searches of control laws, sweeps over the cut-off and validations as documents."""
 
 import math
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ from axisid.presentation.result_files import SavedOutputFit, written_output_fit
 from .identification import verdict_block
 from .record import local_notes, record_facts, records_facts, set_aside_facts
 
-#: Origin of the standard errors, by covariance.
+#: Description of the standard errors of a fit, by covariance.
 _COVARIANCES = {
     "coloured": "for autoregressive output errors",
     "iid": "for independent output errors",
@@ -45,7 +45,15 @@ def output_fit_document(fit: OutputFit) -> Document:
 
 
 def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> Document:
-    """Return the document of a saved fit; `declared` is the axis, which files do not contain."""
+    """Return the document of a saved fit.
+
+    Parameters
+    ----------
+    fit : SavedOutputFit
+    declared : Axis, optional
+        Fitted axis, which files do not contain; without it the document has no title and no units
+        of known values.
+    """
     return (
         _heading(fit, declared),
         text_table(
@@ -66,16 +74,24 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
         {name: (each[i].value, each[i].sd) for name, each in (written.known or {}).items()}
         for i in range(len(fit.records))
     ]
-    units = {p.name: p.unit for p in declared.parameters} if declared else {}
+    axis = fit.name
+    units: dict[str, str] = {}
+    if declared is not None:
+        units = {p.name: p.unit for p in declared.parameters}
+        left_out = left_out_text(declared)
+        if declared.title:
+            axis = f"{fit.name}: {declared.title}"
+    else:
+        left_out = ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items())
+    output = "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs)
+    if written.horizon:
+        output += f" of {written.horizon:g} s"
     return Heading(
         facts={
-            "axis": fit.name + (f": {declared.title}" if declared and declared.title else ""),
-            "left out": left_out_text(declared)
-            if declared
-            else ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items()),
+            "axis": axis,
+            "left out": left_out,
             **records_facts(fit.records, known, units),
-            "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs)
-            + (f" of {written.horizon:g} s" if written.horizon else ""),
+            "output": output,
             "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
             "start": f"{written.started}; {len(written.iterations)} steps of the search",
         }
@@ -83,13 +99,13 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
 
 
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
-    """Return the table row of one parameter of a fit."""
+    """Return the table row of one parameter of a fit, with the digits of its standard error."""
     value, written = fit[name], fit.document.parameters[name]
-    known, is_told = written.prior, 0 < value.deviation < math.inf
-    form = f".{decimals(value.deviation)}f" if is_told else ".6g"
+    prior, has_deviation = written.prior, 0 < value.deviation < math.inf
+    form = f".{decimals(value.deviation)}f" if has_deviation else ".6g"
     shown, sd, start = (f"{x:{form}}" for x in (value.value, value.deviation, written.start))
     interval = " to ".join(f"{end:{form}}" for end in value.interval)
-    remark = f"known {known.value:g} +- {known.sd:g}" if known else ""
+    remark = f"known {prior.value:g} +- {prior.sd:g}" if prior else ""
     if written.fixed:
         sd, interval, remark = "-", "-", "fixed"
     elif written.at_bound is not None:
@@ -98,36 +114,46 @@ def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
 
 
 def _errors(fit: SavedOutputFit) -> TableBlock:
-    """Return the table of the residuals of a fit by record and output."""
-    several, count = len(fit.records) > 1, len(fit.outputs)
-    of_record = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
-    return text_table(
-        (
-            *(("residual", "output") if several and count > 1 else ("residual",)),
-            "samples",
-            *(("rms", "unit") if count > 1 else (f"rms {fit.document.unit}",)),
-            "% of output",
-        ),
-        (
-            (
-                *((of_record[place // count],) if several else ()),
-                *((each.output or fit.output,) if count > 1 or not several else ()),
-                str(each.rows),
-                f"{each.error:.3g}",
-                *((each.unit,) if count > 1 else ()),
-                f"{each.percent:.3g}",
-            )
-            for place, each in enumerate(fit.document.record_errors)
-        ),
-    )
+    """Return the table of the residuals of a fit by record and output.
+
+    With several records a column names the record. The output has a column unless all rows have the
+    same one; the unit has one if there are several outputs.
+    """
+    has_records, count = len(fit.records) > 1, len(fit.outputs)
+    has_outputs, has_units = count > 1 or not has_records, count > 1
+    heads: list[str] = []
+    if has_records:
+        heads.append("record")
+    if has_outputs:
+        heads.append("output")
+    heads.append("samples")
+    if has_units:
+        heads += ["rms residual", "unit"]
+    else:
+        heads.append(f"rms residual [{fit.document.unit}]")
+    heads.append("residual [% of output]")
+    sources = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
+    rows = []
+    for i, each in enumerate(fit.document.record_errors):  # by record, and in each by output
+        row: list[str] = []
+        if has_records:
+            row.append(sources[i // count])
+        if has_outputs:
+            row.append(each.output or fit.output)
+        row += [str(each.rows), f"{each.error:.3g}"]
+        if has_units:
+            row.append(each.unit)
+        row.append(f"{each.percent:.3g}")
+        rows.append(row)
+    return text_table(heads, rows)
 
 
 def _remarks(fit: SavedOutputFit) -> Iterator[str]:
-    """Return remarks on separate parameters of records, the search and the standard errors."""
+    """Yield remarks on separate parameters of records, the search and the standard errors."""
     written = fit.document
     yield from local_notes(fit.local)
-    for said in dict.fromkeys(written.remarks):  # two methods may be refused for the same reason
-        yield f"The search starts from {written.started} values: {said}"
+    for remark in dict.fromkeys(written.remarks):  # two methods may be refused for the same reason
+        yield f"The search starts from {written.started} values: {remark}"
     yield f"Standard errors (sd): {_COVARIANCES[written.chosen_covariance]}."
 
 
@@ -135,7 +161,7 @@ _MOST = 8  # laws that are listed
 
 
 def law_search_document(search: LawSearch) -> Document:
-    """Return a law search as a document: laws by residual, and gains and text of the best law."""
+    """Return a law search as a document: laws by residual, gains and declaration of the best."""
     best = search.best
     return (
         Heading(facts=record_facts(search.record)),
@@ -159,7 +185,8 @@ def law_search_document(search: LawSearch) -> Document:
                 for i, each in enumerate(search.laws[:_MOST], 1)
             ),
             labels=2,
-            title="Ready laws with their delay in samples: residual on held-out and on fitted rows",
+            title="Ready control laws: delay in samples, rms residual on held-out and on fitted "
+            "rows in % of the control",
         ),
         text_table(
             (best.title, "value", "sd"),
@@ -177,15 +204,22 @@ def law_search_document(search: LawSearch) -> Document:
 
 
 def _conclusion(search: LawSearch) -> Paragraph:
-    """Return the declaration of the best law; if no law explains the control, the reason."""
+    """Return the declaration of the best law, and other laws that are equally good.
+
+    If no law explains the control, it is the reason instead.
+    """
     if not search.explained:
         return paragraph(f"{search.checks[0].meaning}.")
     best, others = search.best, search.as_well - 1
-    more = f"{others} other law{'s' * (others > 1)} with more gains"
-    explain = "explain" if others > 1 else "explains"
+    sentences: list[str] = []
+    if others == 1:
+        sentences.append("1 other law with more gains explains the control equally well.")
+    elif others:
+        sentences.append(f"{others} other laws with more gains explain the control equally well.")
+    if best.same:
+        sentences.append(f"The same control results from {best.same}.")
     return paragraph(
-        *([f"{more} {explain} the control equally well."] if others else []),
-        *([f"The same control results from {best.same}."] if best.same else []),
+        *sentences,
         Sentence(lead="in TOML:   ", text=best.toml, filled=False),
         Sentence(lead="in Python: ", text=best.python, filled=False),
     )
@@ -194,6 +228,16 @@ def _conclusion(search: LawSearch) -> Paragraph:
 def sweep_document(sweep: Sweep) -> Document:
     """Return a sweep as a document: judged estimates by cut-off, recommendation and checks."""
     judged, first = [result.preferred for result in sweep.results], sweep.results[0]
+    sentences: list[str | Sentence] = [
+        f"No estimate at {cutoff:g} Hz: {why}" for cutoff, why in sweep.failures.items()
+    ]
+    sentences.append(Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", hang=4))
+    if sweep.recommended is not None:
+        recommended = judged[sweep.cutoffs.index(sweep.recommended)]
+        sentences.append(
+            f"The verdict below applies to the {recommended.method.upper()} estimate with the "
+            f"recommended cut-off of {sweep.recommended:g} Hz."
+        )
     return (
         Heading(
             facts={
@@ -201,7 +245,7 @@ def sweep_document(sweep: Sweep) -> Document:
                 "left out": left_out_text(first.axis.declared),
                 **records_facts(
                     first.records,
-                    [of_one.known for of_one in first.of_records],
+                    [member.known for member in first.of_records],
                     {p.name: p.unit for p in first.axis.declared.parameters},
                 ),
                 **set_aside_facts(first.set_aside),
@@ -226,18 +270,18 @@ def sweep_document(sweep: Sweep) -> Document:
                 )
                 for result, estimate in zip(sweep.results, judged, strict=True)
             ),
-            title="Values minus the bias of filter and noise (if it is known)",
+            title="Values minus the bias of filter and noise (if this bias is known)",
         ),
-        paragraph(
-            *(f"No estimate at {cutoff:g} Hz: {why}" for cutoff, why in sweep.failures.items()),
-            Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", hang=4),
-        ),
+        paragraph(*sentences),
         verdict_block(sweep.checks),
     )
 
 
 def validation_document(validation: Validation) -> Document:
-    """Return a validation as a document: errors of each frozen estimate on the second record."""
+    """Return a validation as a document: errors of each frozen estimate on the second record.
+
+    The errors have one column for each method, and sentences of the checks below.
+    """
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
     heading = Heading(facts={"repaired": record_facts(record)["repaired"]}, title=title)
@@ -253,7 +297,7 @@ def validation_document(validation: Validation) -> Document:
 
 
 def fit_validation_document(validation: FitValidation) -> Document:
-    """Return a fit's validation as a document: its residual on a second record, and checks."""
+    """Return a fit's validation as a document: residual on the second record, and checks."""
     record, unit = validation.record, validation.unit
     residual = f"residual {validation.error:.4g} {unit}".rstrip()
     residual += f" (rms), {validation.percent:.3g} % of the {validation.output} (rms)"

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
+from axisid.estimation.estimates import CORRECTED, COVARIANCES, Physical, Value
 from axisid.estimation.misspecification import JackknifeInterval
 from axisid.estimation.unknowns import GAIN
 from axisid.estimation.verdict_checks import KINDS, Check, by_weight, conclusion, lines_of
@@ -37,12 +37,13 @@ from axisid.presentation.sentences import (
 )
 from axisid.support.checks import is_nothing
 from axisid.support.mappings import grouped
-from axisid.support.settings import all_methods
+from axisid.support.settings import all_methods, setting
 from axisid.support.wording import or_dash, range_text
 
 from .identification_details import (
     band_row,
     details_document,
+    equation_error,
     iterations,
     moves_notes,
     physical_notes,
@@ -69,7 +70,7 @@ def saved_document(
 ) -> Document:
     """Return an identification as a document.
 
-    By default it has what fits on a screen: the judged estimate, the verdict and the rows.
+    By default it fits on a screen: heading, judged estimate, verdict, and a note on the rows.
 
     Parameters
     ----------
@@ -77,72 +78,93 @@ def saved_document(
     draws : int
         Number of draws from the distribution of each estimate; 0 for no table of draws.
     every : bool
-        Whether to show all methods with notes.
+        True to show all methods with notes.
     full : bool
-        Whether to show all methods, notes, diagnostics and checks.
+        True to show also all diagnostics and checks.
     """
     drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
     if not (every or full):
         return (*_screen(result), *drawn)
     estimates, document = [*result.estimates.values()], result.document
+    referred = _notes_of_columns(estimates)
     notes = [
+        *referred,
         *_notes(estimates),
         *shared_remarks(estimates),
         *physical_notes(result.physical),
         *([f"Checks apply to the {document.judged.upper()} estimate."] * (len(estimates) > 1)),
+        *_left_out_notes(result),
         *moves_notes(document),
         *several_notes(result),
         f"{rows_of(result)}{signals_text(result.signals)} Generated code {result.signature[:12]}.",
         *missing_notes({**result.skipped, **result.failed}, result.verdict),
     ]
+    bands, truth = document.model_bands or {}, result.record.provenance.truth
+    tables: list[TableBlock] = []
+    for is_direct in (False, True):  # the inverse models first
+        of_form = [each for each in estimates if each.is_direct == is_direct]
+        # Two estimates next to each other are as wide as a terminal.
+        pairs = [of_form[i : i + 2] for i in range(0, len(of_form), 2)]
+        tables += [_estimates_table(pair, bands, truth) for pair in pairs]
     return (
         _heading(result),
-        *(
-            _estimates_table(beside, document.model_bands or {}, result.record.provenance.truth)
-            # Two of a form are as wide as a terminal; those of the inverse model first.
-            for form in ([e for e in estimates if e.is_direct == way] for way in (False, True))
-            for beside in (form[i : i + 2] for i in range(0, len(form), 2))
-        ),
+        *tables,
         *_physical_tables(result),
         *((records_table(result),) if result.of_records else ()),
         verdict_block(result.verdict),
-        Notes(tuple(notes)),
+        Notes(tuple(notes), numbered=len(referred)),
         *drawn,
         *(details_document(result) if full else ()),
     )
 
 
 def _screen(result: SavedIdentification) -> Document:
-    """Return heading, judged estimate, failed checks and rows: what fits on a screen.
+    """Return the document that fits on a screen: judged estimate, failed checks and rows.
 
     If a check fails, methods without an estimate are named without reasons, because the failed
-    check explains them.
+    check explains them. Notes of the verdict are only named by their lines.
     """
     noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
     missing = {**result.skipped, **result.failed}
     fails = any(check.status == "fail" for check in result.verdict)
-    without = (
-        [f"Not estimated: {', '.join(missing).upper()}."] * bool(missing)
-        if fails
-        else missing_notes(missing, result.verdict)
-    )
+    not_estimated = missing_notes(missing, result.verdict)
+    if fails:
+        not_estimated = [f"Not estimated: {', '.join(missing).upper()}."] if missing else []
     verdict = verdict_block(result.verdict)
     more = "For all methods"
     if noted:
         more += f" and the notes on {', '.join(dict.fromkeys(noted))}"
+    texts = [
+        *shared_remarks([result.preferred]),
+        *_left_out_notes(result),
+        *not_estimated,
+        f"{_rows_in_short(result)} {more}: {all_methods()}.",
+    ]
     return (
         _heading(result),
         judged_table(result),
         *((records_table(result),) if result.of_records else ()),
         replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
-        Paragraph(
-            sentences=(
-                *(Sentence(text=each) for each in shared_remarks([result.preferred])),
-                *(Sentence(text=each) for each in without),
-                Sentence(text=f"{_rows_in_short(result)} {more}: {all_methods()}."),
-            )
-        ),
+        Paragraph(sentences=tuple(Sentence(text=text) for text in texts)),
     )
+
+
+def _left_out_notes(result: SavedIdentification) -> list[str]:
+    """Return a note on left-out parameters, in a list, if *missing terms* fails; else empty.
+
+    A missing term is then declared already and only left out.
+    """
+    names = [*(result.document.left_out or {})]
+    fails = any(c.name == "missing terms" and c.status == "fail" for c in result.verdict)
+    if not (names and fails):
+        return []
+    parameters = "The declared parameter" if len(names) == 1 else "The declared parameters"
+    verb = "is" if len(names) == 1 else "are"
+    options = " or ".join(setting("leave_out", name) for name in names)
+    return [
+        f"{parameters} {', '.join(names)} {verb} left out of the model. If this is the missing "
+        f"term, identify without {options}."
+    ]
 
 
 def _rows_in_short(result: SavedIdentification) -> str:
@@ -163,41 +185,22 @@ def judged_table(result: SavedIdentification) -> TableBlock:
 
     The estimate by IDM-LS is in a further column if a value of it lies outside the interval.
     """
-    judged, plain = result.preferred, result.estimates.get("idm-ls")
-    bands = (result.document.model_bands or {}).get(judged.method, {})
-    revised = result.document.with_missing_terms or {}
+    judged = result.preferred
+    least_squares = _least_squares(result)
     physical = result.physical.get(judged.method)
-    beside = {} if plain is None or plain is judged else plain.parameters
-    more = physical.parameters if physical and physical.shows_more else {}
-    values = {**judged.parameters, **more}
-    # Omit IDM-LS if all its values are within the intervals of the judged estimate.
-    if all(low <= beside[n].value <= high for n in beside for low, high in [values[n].interval]):
-        beside = {}
-    rows = (
-        (
-            name,
-            value.unit,
-            f"{value.corrected:.{digits}f}",
-            f"{value.deviation:.{digits}f}" if value.deviation else "-",
-            " to ".join(f"{end:.{digits}f}" for end in value.interval) if value.deviation else "-",
-            *([f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)),
-            ", ".join(
-                [
-                    *([f"declared {result.declared_gain:g}"] if name == GAIN else []),
-                    *(
-                        f"known {known_text(p.known, p.known_sd)}" if value.deviation else "fixed"
-                        for p in (physical.known if physical else ())
-                        if p.name == name
-                    ),
-                    *([f"{value.value:.{digits}f} with bias"] * value.is_shifted),
-                    *_model_remark(bands.get(name), revised.get(name, ()), digits),
-                ]
-            ),
-        )
-        for name, value in values.items()
-        for digits in [decimals(value.deviation)]
-    )
-    heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if beside else [])]
+    heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if least_squares else [])]
+    rows: list[tuple[Cell, ...]] = []
+    for name, value in _judged_values(result).items():
+        digits = decimals(value.deviation)
+        sd = interval = "-"
+        if value.deviation:
+            sd = f"{value.deviation:.{digits}f}"
+            interval = " to ".join(f"{end:.{digits}f}" for end in value.interval)
+        cells = [name, value.unit, f"{value.corrected:.{digits}f}", sd, interval]
+        if least_squares:
+            is_known = name in least_squares
+            cells.append(f"{least_squares[name].value:.{digits}f}" if is_known else "")
+        rows.append((*cells, ", ".join(_remarks(result, name, value, physical))))
     return TableBlock(
         columns=(*text_columns(["", "unit", *heads]), TableColumn("remark", align="left")),
         rows=tuple(rows),
@@ -205,35 +208,91 @@ def judged_table(result: SavedIdentification) -> TableBlock:
     )
 
 
-def _model_remark(
-    band: JackknifeInterval | None, revised: Sequence[float], digits: int
-) -> list[str]:
-    """Return a remark on one parameter under model error, in a list; empty without a remark.
+def _judged_values(result: SavedIdentification) -> dict[str, Value]:
+    """Return the values of the judged estimate by name, with calculated declared parameters."""
+    values = {**result.preferred.parameters}
+    physical = result.physical.get(result.preferred.method)
+    if physical and physical.shows_more:
+        values |= physical.parameters
+    return values
 
-    It is the value with the missing terms, or the interval with the model error.
+
+def _least_squares(result: SavedIdentification) -> Mapping[str, Value]:
+    """Return the estimate by IDM-LS, by parameter.
+
+    It is empty if it is the judged estimate, if it is missing, or if all its values are within the
+    intervals of the judged estimate.
+    """
+    estimate = result.estimates.get("idm-ls")
+    if estimate is None or estimate is result.preferred:
+        return {}
+    judged = _judged_values(result)
+    for name, value in estimate.parameters.items():
+        low, high = judged[name].interval
+        if not low <= value.value <= high:
+            return estimate.parameters
+    return {}
+
+
+def _remarks(
+    result: SavedIdentification, name: str, value: Value, physical: Physical | None
+) -> list[str]:
+    """Return the remarks on one parameter: known values, bias, and effect of the model error.
+
+    Parameters
+    ----------
+    result : SavedIdentification
+    name : str
+    value : Value
+        Value of the parameter by the judged method.
+    physical : Physical or None
+        Declared parameters calculated from the judged estimate; None without any.
+    """
+    digits = decimals(value.deviation)
+    remarks = []
+    if name == GAIN:
+        remarks.append(f"declared {result.declared_gain:g}")
+    for parameter in physical.known if physical else ():
+        if parameter.name == name:
+            known = f"known {known_text(parameter.known, parameter.known_sd)}"
+            remarks.append(known if value.deviation else "fixed")
+    if value.is_shifted:
+        remarks.append(f"{value.value:.{digits}f} with bias")
+    bands = (result.document.model_bands or {}).get(result.preferred.method, {})
+    with_terms = (result.document.with_missing_terms or {}).get(name, ())
+    remark = _model_remark(bands.get(name), with_terms, digits)
+    if remark:
+        remarks.append(remark)
+    return remarks
+
+
+def _model_remark(band: JackknifeInterval | None, with_terms: Sequence[float], digits: int) -> str:
+    """Return a remark on the effect of the model error on one parameter; empty for none.
+
+    It is the value after adding the missing terms, or the interval that contains the model error.
 
     Parameters
     ----------
     band : JackknifeInterval or None
-        Interval with the model error; None if there is none.
-    revised : sequence of float
-        Value with the terms that the verdict names, or values forward and backward; empty if no
-        terms are named.
+        Interval that contains the model error; None if there is none.
+    with_terms : sequence of float
+        Value after adding the terms that the verdict names, or two values, forward and backward;
+        empty if no terms are named.
     digits : int
         Number of decimal places.
     """
-    values = [f"{value:.{digits}f}" for value in revised]
+    values = [f"{value:.{digits}f}" for value in with_terms]
     if len(values) == 2:
-        return [f"{values[0]} forward, {values[1]} backward"]
+        return f"{values[0]} forward, {values[1]} backward"
     if band is None or not band.exceeds:
-        return []
+        return ""
     if values:
-        return [f"{values[0]} with missing terms"]
-    return [f"model error: {range_text(*band.interval, ' to ')}"]
+        return f"{values[0]} with missing terms added"
+    return f"model error: {range_text(*band.interval, ' to ')}"
 
 
 def rows_of(result: SavedIdentification) -> str:
-    """Return a note on how the records became rows."""
+    """Return a note on the rows of the regression: number, filters and source of the force."""
     first, *_ = result.estimates.values()
     force = force_told(
         result.drive,
@@ -241,8 +300,8 @@ def rows_of(result: SavedIdentification) -> str:
         is_gain=not result.document.drive_force,
         measured="force" in result.record.provenance.columns,
     )
-    samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
-    records = [of_one.record for of_one in result.of_records] or [result.record]
+    samplings = [member.sampling for member in result.of_records] or [result.sampling]
+    records = [member.record for member in result.of_records] or [result.record]
     return rows_text(
         samplings,
         first.document.rows,
@@ -253,27 +312,37 @@ def rows_of(result: SavedIdentification) -> str:
 
 def _heading(result: SavedIdentification) -> Heading:
     """Return the heading: axis, records, an estimated drive time and true values."""
-    record, parameters, combined = result.record, result.declared_parameters, result.combined
-    truth, title = record.provenance.truth, result.declared.title if result.declared else ""
-    records = [of_one.record for of_one in result.of_records] or [record]
-    units, found = {p.name: p.unit for p in parameters}, result.drive_time
-    for of_one in result.of_records:  # true values common to all records
-        own = of_one.record.provenance.truth
+    record, parameters = result.record, result.declared_parameters
+    axis = result.name
+    if result.declared and result.declared.title:
+        axis = f"{result.name}: {result.declared.title}"
+    records = [member.record for member in result.of_records] or [record]
+    units = {p.name: p.unit for p in parameters}
+    # Only true values that all records have in common are shown.
+    truth = record.provenance.truth
+    for member in result.of_records:
+        own = member.record.provenance.truth
         truth = {name: value for name, value in truth.items() if own.get(name) == value}
+    number = drive = ""
+    if len(records) > 1:
+        number = f"{len(records)}, one set of parameters"
+    found = result.drive_time
+    if found:
+        interval = range_text(1e3 * found.interval[0], 1e3 * found.interval[1], " to ")
+        drive = (
+            f"{found}, estimated, 95 % interval {interval} ms; the standard errors of the "
+            "parameters include its uncertainty"
+        )
     return Heading(
         facts={
-            "axis": result.name + (f": {title}" if title else ""),
+            "axis": axis,
             "left out": result.left_out,
-            "records": f"{len(records)}, one set of parameters" * (len(records) > 1),
-            **records_facts(records, [of_one.known for of_one in result.of_records], units),
+            "records": number,
+            **records_facts(records, [member.known for member in result.of_records], units),
             **set_aside_facts(result.set_aside),
-            "drive": f"{found}, estimated, 95 % interval "
-            f"{range_text(1e3 * found.interval[0], 1e3 * found.interval[1], ' to ')} ms; its "
-            "uncertainty is included in the standard errors of the parameters"
-            if found
-            else "",
+            "drive": drive,
             "truth": _truth(parameters, truth),
-            "": _truth([] if result.of_records else combined, truth),
+            "": _truth([] if result.of_records else result.combined, truth),
         }
     )
 
@@ -290,7 +359,7 @@ def _estimates_table(
     bands: Mapping[str, Mapping[str, JackknifeInterval]],
     truth: Mapping[str, float],
 ) -> TableBlock:
-    """Return the table of the estimates of one model form side by side.
+    """Return the table of the estimates of one model form (inverse or direct) side by side.
 
     Parameters
     ----------
@@ -311,13 +380,9 @@ def _estimates_table(
         *_value_rows(
             {e.method: e.ddm_parameters for e in estimates}, _labels(first.ddm_quantities), truth
         ),
-        # DIDIM regresses on the simulated motion: its equation error is its simulation error.
         (
             *("equation error", "%"),
-            *(
-                or_dash(None if e.by_output_error else e.equation_error_percent, ".4f")
-                for e in estimates
-            ),
+            *(or_dash(equation_error(e), ".4f") for e in estimates),
             "",
         ),
         (
@@ -327,7 +392,7 @@ def _estimates_table(
         ),
         ("rows", "", *(str(e.document.rows) for e in estimates), ""),
         ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates), ""),
-        ("iterations", "", *map(iterations, estimates), ""),
+        ("iterations (start)", "", *map(iterations, estimates), ""),
     ]
     return TableBlock(columns=_columns("", methods), rows=tuple(rows), labels=2)
 
@@ -335,12 +400,12 @@ def _estimates_table(
 def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
     """Return a table of declared parameters that are calculated from base parameters.
 
-    It shows the inverse models if there are any, otherwise the direct ones; empty if no parameter
-    has to be calculated.
+    It shows the estimates by the inverse model if there are any, otherwise those by the direct
+    model. The list is empty if no parameter has to be calculated.
     """
-    every = {method: p for method, p in result.physical.items() if p.shows_more}
-    inverse = [p for m, p in every.items() if not result.estimates[m].is_direct]
-    shown = inverse or [*every.values()]
+    by_method = {method: p for method, p in result.physical.items() if p.shows_more}
+    inverse = [p for method, p in by_method.items() if not result.estimates[method].is_direct]
+    shown = inverse or [*by_method.values()]
     if not shown:
         return []
     values = {physical.method: physical.parameters for physical in shown}
@@ -350,11 +415,15 @@ def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
     return [TableBlock(columns=_columns("physical parameters", values), rows=tuple(rows), labels=2)]
 
 
-def _columns(what: str, methods: Iterable[str]) -> tuple[TableColumn, ...]:
-    """Return the columns of a table of estimates by method, with drawn intervals at the end."""
-    parts = ("sd [1]", "rel. sd", "i.i.d. [2]")  # shown if the table has room
+def _columns(head: str, methods: Iterable[str]) -> tuple[TableColumn, ...]:
+    """Return the columns of a table of estimates by method, with drawn intervals at the end.
+
+    `head` is the head of the first column, with the names of the parameters.
+    """
+    # The numbers refer to the notes of `_notes_of_columns`.
+    parts = ("sd [1]", "rel. sd", "i.i.d. [2]")
     return (
-        *text_columns([what, "unit"]),
+        *text_columns([head, "unit"]),
         *(TableColumn(method.upper(), parts=parts, kind="method") for method in methods),
         TableColumn("intervals", align="left", kind="intervals"),
     )
@@ -386,33 +455,37 @@ def _value_rows(
     """
     rows: list[tuple[Cell, ...]] = []
     for name, label in labels.items():
-        beside = [column[name] for column in columns.values()]
+        values = [column[name] for column in columns.values()]
         drawn = tuple(
             Interval(v.interval[0], v.corrected, v.interval[1], method.rsplit("-", 1)[-1])
-            for method, v in zip(columns, beside, strict=True)
+            for method, v in zip(columns, values, strict=True)
         )
         rows.append(
-            (label, beside[0].unit, *map(quantity, beside), Intervals(drawn, truth.get(name)))
+            (label, values[0].unit, *map(quantity, values), Intervals(drawn, truth.get(name)))
         )
-        if any(v.is_shifted for v in beside):  # the interval's centre is not the value above it
+        # If the interval is not centred at the value, its centre has a row of its own.
+        if any(v.is_shifted for v in values):
             texts = (
-                "-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in beside
+                "-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values
             )
             rows.append((f"  {CORRECTED}", "", *texts, ""))
         if bands:
-            rows += band_row(beside, [column.get(name) for column in bands])
+            rows += band_row(values, [column.get(name) for column in bands])
     return rows
 
 
 def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBlock:
-    """Return a table of intervals from `draws` random draws, next to those by the delta method."""
+    """Return a table of intervals from random draws, next to those by the delta method.
+
+    `draws` is the number of draws from the distribution of each estimate.
+    """
     drawn = [
         (f"{method.upper()} {name}", value, estimate.propagate(name, draws=draws))
         for method, estimate in estimates.items()
         for name, value in estimate.parameters.items()
     ]
     lost, seed = max(summary.lost for *_, summary in drawn), drawn[-1][-1].seed
-    left_out = f"; up to {lost} without a positive inertia are excluded" * bool(lost)
+    excluded = f"; up to {lost} draws without a positive inertia are excluded" if lost else ""
     return text_table(
         ("", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"),
         (
@@ -429,21 +502,26 @@ def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBloc
         labels=2,
         said=(
             f"{draws} draws from each estimate's distribution (seed {seed}), transformed exactly"
-            f"{left_out}.",
+            f"{excluded}.",
         ),
     )
 
 
-def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
-    """Return the notes of a table of estimates."""
-    chosen, last = estimates[0].chosen, estimates[-1]
+def _notes_of_columns(estimates: Sequence[SavedEstimate]) -> list[str]:
+    """Return the notes [1] and [2] that the columns of `_columns` refer to."""
+    chosen = estimates[0].chosen
     name = shared_covariance_text({e.method: e.covariance_notes[chosen] for e in estimates})
     published = covariance_text(estimates[0].covariance_notes["iid"])
     allowed = "" if COVARIANCES[chosen].allows_autocorrelation else ", which HAC allows for"
-    notes = [
+    return [
         f"sd and 95 % intervals: {name}. Residuals of filtered data are autocorrelated{allowed}.",
         f"i.i.d. sd, as in the published tables: {published}.",
     ]
+
+
+def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
+    """Return the further notes on a table of estimates: gain, bias, errors and methods."""
+    last, notes = estimates[-1], list[str]()
     if last.gain_relative_sd:
         by_gain = ", ".join(f"{n} +- {v.sd_gain:.3g} {v.unit}" for n, v in last.parameters.items())
         notes.append(
@@ -453,16 +531,22 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
     if any(v.is_shifted for e in estimates for v in e.parameters.values()):
         notes.append(
             f"{CORRECTED}: the value above minus the bias of filter and noise, which the replicas "
-            "of [1] show. It is the centre of the 95 % interval, and physical parameters are "
-            "calculated from it."
+            "of note [1] show. The corrected value is the centre of the 95 % interval, and "
+            "physical parameters are calculated from it."
         )
     if any(estimate.is_direct for estimate in estimates):
         notes.append("sd of physical parameters from a direct model: delta method.")
     notes.append(
-        "y is the force (IDM) or the acceleration (DDM). Equation error ||y - X theta||/||y||: it "
-        "does not measure the quality of an IV estimate on noisy data. Simulation error "
-        "||y - y_simulated||/||y||: of the closed loop simulated with the estimate."
+        "y is the force (IDM) or the acceleration (DDM). The equation error is "
+        "||y - X theta||/||y||; it does not measure the quality of an IV estimate on noisy data. "
+        "The simulation error is ||y - y_simulated||/||y|| for the closed loop simulated with the "
+        "estimate."
     )
+    if any(estimate.iterates for estimate in estimates):
+        notes.append(
+            "Iterations: number of iterations, with their start in parentheses (LS: least squares, "
+            "nominal: the nominal values)."
+        )
     if any(estimate.by_output_error for estimate in estimates):
         notes.append(
             "DIDIM: least squares of the measured force on the regressor of the simulated closed "
@@ -479,33 +563,41 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
 
 def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
     """Return each remark on estimates once, after the names of the methods it applies to."""
-    shared = grouped((said, e.method) for e in estimates for said in e.remarks)
+    methods = grouped((remark, e.method) for e in estimates for remark in e.remarks)
     return [
-        f"{', '.join(of).upper()}: {remark.removesuffix('.')}." for remark, of in shared.items()
+        f"{', '.join(names).upper()}: {remark.removesuffix('.')}."
+        for remark, names in methods.items()
     ]
 
 
 def verdict_block(checks: Sequence[Check]) -> Checks:
-    """Return the verdict: conclusion, checks that did not pass with sentences, passed checks."""
+    """Return the verdict: conclusion, checks that did not pass with sentences, passed checks.
+
+    A line of the verdict has one or more checks. It passes if none of its checks is in another
+    group.
+    """
+    # Failed checks come first, then notes, each by weight.
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
-    judged = [
-        *(
-            CheckGroup(status, (check.line,), check.meaning)
-            for status in statuses
-            for check in ordered
-            if check.status == status
-        ),
-        *(
-            CheckGroup("not evaluated", lines_of(names), why)
-            for why, names in unmade(checks).items()
-        ),
+    groups = [
+        CheckGroup(status, (check.line,), check.meaning)
+        for status in statuses
+        for check in ordered
+        if check.status == status
     ]
-    told = {line for group in judged for line in group.names}
+    # Checks that were not evaluated for the same reason share a group.
+    groups += [
+        CheckGroup("not evaluated", lines_of(names), why) for why, names in unmade(checks).items()
+    ]
+    # The remaining lines of these checks passed; they are in the order of `KINDS`.
+    with_group = {line for group in groups for line in group.names}
     own = lines_of(check.name for check in checks)
-    passed = tuple(line for line in lines_of((*KINDS, *own)) if line in own and line not in told)
-    judged += [CheckGroup("pass", passed)] if passed else []
-    return Checks(judged=tuple(judged), conclusion=conclusion_text(conclusion(checks)))
+    passed = tuple(
+        line for line in lines_of((*KINDS, *own)) if line in own and line not in with_group
+    )
+    if passed:
+        groups.append(CheckGroup("pass", passed))
+    return Checks(judged=tuple(groups), conclusion=conclusion_text(conclusion(checks)))
 
 
 def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
@@ -528,11 +620,11 @@ def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> l
     A reason for which checks were not evaluated is not repeated, because it is in the verdict.
     """
     in_verdict = unmade(checks)
-    shared = grouped(
+    methods = grouped(
         ("see the verdict" if why in in_verdict else why.removeprefix(f"{method}, "), method)
         for method, why in missing.items()
     )
     return [
-        f"{', '.join(of).upper()} not estimated: {reason.removesuffix('.')}."
-        for reason, of in shared.items()
+        f"{', '.join(names).upper()} could not be estimated: {reason.removesuffix('.')}."
+        for reason, names in methods.items()
     ]

@@ -1,4 +1,4 @@
-"""An estimate as a document, notes on its assumptions, and all diagnostics of a result."""
+"""A single estimate as a document, notes on model error, and all diagnostics of a result."""
 
 from collections.abc import Mapping, Sequence
 
@@ -32,11 +32,10 @@ from axisid.presentation.result_files import (
 from axisid.support.mappings import grouped
 from axisid.support.wording import or_dash, range_text
 
-_SMALL, _VAGUE = (
-    0.01,
-    1e4,
-)  # percent of the value: smallest and largest standard error that is printed as it is
+#: Smallest and largest relative standard error that is printed as a number, percent.
+_SMALL, _VAGUE = 0.01, 1e4
 
+#: Names of the start of an iteration.
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
 _MODEL_ERROR = "sd by model error"
 
@@ -45,7 +44,7 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
     """Return a table of an estimate: parameters with standard errors and intervals, and errors."""
     values = {**estimate.ddm_parameters, **estimate.parameters}
     errors = {
-        "equation error": None if estimate.by_output_error else estimate.equation_error_percent,
+        "equation error": equation_error(estimate),
         "simulation error": estimate.simulation_error_percent,
     }
     return (
@@ -68,23 +67,36 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
     )
 
 
+def equation_error(estimate: SavedEstimate) -> float | None:
+    """Return the equation error in percent; None for DIDIM.
+
+    DIDIM regresses on the simulated motion, so its equation error is its simulation error.
+    """
+    return None if estimate.by_output_error else estimate.equation_error_percent
+
+
 def iterations(estimate: SavedEstimate) -> str:
-    """Return the number of iterations and the start as text; a dash for least squares."""
+    """Return the number of iterations and the start: ``3 (LS)``; a dash for least squares."""
     if not estimate.iterates:
         return "-"
     count = str(len(estimate.iterates) - 1)
-    return f"{count} from {_STARTS[estimate.started]}" if estimate.started else count
+    return f"{count} ({_STARTS[estimate.started]})" if estimate.started else count
 
 
 def quantity(value: Value) -> QuantityCell:
-    """Return a value with its standard errors as a table cell, with suitable digits.
+    """Return a value with its standard errors as a table cell.
 
-    The further texts of the cell are the relative and the i.i.d. standard error.
+    All have the same number of decimal places. The further texts of the cell are the relative and
+    the i.i.d. standard error.
     """
     digits = places(value)
     relative = value.relative_deviation_percent
-    percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
-    percent = percent if relative < _VAGUE else f">{_VAGUE - 1:.0f} %"
+    if not relative < _VAGUE:  # also if it is not a number
+        percent = f">{_VAGUE - 1:.0f} %"
+    elif relative >= _SMALL:
+        percent = f"{relative:.2f} %"
+    else:
+        percent = f"{relative:.1g} %"
     return QuantityCell(
         f"{value.value:.{digits}f}",
         f"{value.deviation:.{digits}f}",
@@ -103,9 +115,9 @@ def places(value: Value) -> int:
 def band_row(
     values: Sequence[Value], bands: Sequence[JackknifeInterval | None]
 ) -> list[tuple[Cell, ...]]:
-    """Return a table row of the standard errors by model error, in a list.
+    """Return a table row of the standard errors that contain the model error, in a list.
 
-    The list is empty if none of them is noticeably larger than the standard error by noise.
+    The list is empty if none of them is noticeably larger than the standard error by noise alone.
 
     Parameters
     ----------
@@ -116,103 +128,97 @@ def band_row(
     """
     if not any(band is not None and band.exceeds for band in bands):
         return []
-    cells = (
-        QuantityCell(
-            "",
-            f"{band.deviation:.{places(value)}f}",
-            (f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-", ""),
-        )
-        if band
-        else "-"
-        for value, band in zip(values, bands, strict=True)
-    )
+    cells: list[Cell] = []
+    for value, band in zip(values, bands, strict=True):
+        if not band:
+            cells.append("-")
+            continue
+        relative = f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-"
+        cells.append(QuantityCell("", f"{band.deviation:.{places(value)}f}", (relative, "")))
     return [(f"  {_MODEL_ERROR}", "", *cells, "")]
 
 
 def moves_notes(document: WrittenIdentification) -> list[str]:
-    """Return notes on the residual that repeats and on intervals with the model error, if any."""
+    """Return notes on the repeating residual and on intervals with the model error, if any."""
     notes = [_repeats(document.lack_of_fit)] if document.lack_of_fit else []
     bands, judged = document.model_bands or {}, document.judged
-    if not any(band.exceeds for of_one in bands.values() for band in of_one.values()):
+    if not any(band.exceeds for by_parameter in bands.values() for band in by_parameter.values()):
         return notes
     listed = "; ".join(
         f"{name} {range_text(*band.interval, ' to ')} ({band.groups} groups by {band.by})"
         for name, band in bands.get(judged, {}).items()
         if band.exceeds
     )
-    own = f" 95 % intervals of {judged.upper()}: {listed}." if listed else ""
+    intervals = f" 95 % intervals of {judged.upper()}: {listed}." if listed else ""
     notes.append(
-        f"{_MODEL_ERROR}: standard deviation of a parameter over parts of the motion (jackknife). "
-        "It contains the model's error, which repeats with the motion. The sd above it assumes "
-        f"that the residual averages out over time, as noise does.{own}"
+        f"{_MODEL_ERROR}: standard error of a parameter from its scatter over parts of the motion "
+        "(jackknife). It contains the model error, which repeats with the motion. The sd above it "
+        f"assumes that the residual averages out over time, as noise does.{intervals}"
     )
     return notes
 
 
 def _repeats(found: LackOfFit) -> str:
-    """Return a note on the residual that repeats with the motion."""
+    """Return a note on the share of the residual that repeats with the reference."""
     every = "" if found.period is None else f" every {found.period:.4g} s"
     return (
-        f"The reference repeats{every}, up to {found.times} times ({found.rows} rows). "
-        f"{100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of the residual there "
-        "repeats with the motion; the rest is noise."
+        f"The reference repeats{every}, up to {found.times} times ({found.rows} rows). In these "
+        f"rows {100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of the power of "
+        "the residual repeats with the motion; the rest is noise."
     )
 
 
 def physical_notes(found: Mapping[str, Physical]) -> list[str]:
     """Return notes on declared parameters that are calculated from base parameters.
 
-    None if all are estimated directly. A note that applies to some methods only begins with their
-    names.
+    The list is empty if all declared parameters are estimated directly. A note that applies to some
+    methods only begins with their names.
 
     Parameters
     ----------
     found : mapping of str to Physical
         Calculated parameters by method.
     """
-    shows_more = any(physical.shows_more for physical in found.values())
-    said = grouped(
-        (sentence, method)
-        for method, physical in found.items()
-        for sentence in (
-            *(
-                each + " (fix NAME=VALUE+-SD)" * each.endswith(" known")
-                for each in physical.undetermined
-            ),
-            *physical.remarks,
-        )
-    )
-    return [
-        *([_how(next(iter(found.values())))] if shows_more else []),
-        *(
-            f"{sentence}."
-            if len(methods) == len(found)
-            else f"{', '.join(methods).upper()}: {sentence}."
-            for sentence, methods in said.items()
-        ),
-    ]
+    sentences: list[tuple[str, str]] = []  # each with its method
+    for method, physical in found.items():
+        for text in physical.undetermined:
+            fix = " (fix NAME=VALUE+-SD)" if text.endswith(" known") else ""
+            sentences.append((f"{text}{fix}", method))
+        sentences += [(text, method) for text in physical.remarks]
+    notes = []
+    if any(physical.shows_more for physical in found.values()):
+        notes.append(_calculation(next(iter(found.values()))))
+    for text, methods in grouped(sentences).items():
+        if len(methods) == len(found):
+            notes.append(f"{text}.")
+        else:
+            notes.append(f"{', '.join(methods).upper()}: {text}.")
+    return notes
 
 
-def _how(physical: Physical) -> str:
-    """Return a note on how declared parameters are calculated from estimates and known values."""
+def _calculation(physical: Physical) -> str:
+    """Return a note on the calculation of declared parameters from estimates and known values."""
     known = ", ".join(
         f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in physical.known
     )
-    fixed = f", and to {known}, declared as known" if known else ""
-    more = (
-        " Where the record shows a known parameter too, both are weighted by their uncertainty, "
-        "and the other parameters change through their correlation with it."
-        if known
-        else ""
-    )
+    to_known = weighting = ""
+    if known:
+        to_known = f", and to the known values {known}"
+        weighting = (
+            " If the record identifies a known parameter too, both values are weighted by their "
+            "uncertainty, and the other parameters change through their correlation with it."
+        )
     return (
         "Physical parameters: minimum distance to the estimates above minus their bias, weighted "
-        f"by their covariance{fixed}.{more}"
+        f"by their covariance{to_known}.{weighting}"
     )
 
 
 def details_document(result: SavedIdentification) -> Document:
-    """Return tables of intervals, correlations and all diagnostics, and the table of checks."""
+    """Return tables of intervals, correlations and all diagnostics, and last the table of checks.
+
+    Correlations and excitation are those of the judged estimate.
+    """
     preferred, found = result.preferred, result.document
     label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
     return (
@@ -248,7 +254,10 @@ def details_document(result: SavedIdentification) -> Document:
 
 
 def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock:
-    """Return a table of the 95 % interval and all standard errors of each parameter and method."""
+    """Return a table of the 95 % interval and all standard errors of each parameter and method.
+
+    The last columns have the standard error by the drive gain, and the bias.
+    """
     first, *others = (model.label for model in COVARIANCES.values())
     return text_table(
         ["", "unit", "2.5 %", "97.5 %", f"sd {first}", *others, "gain", "bias"],
@@ -256,7 +265,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
             [
                 *(f"{method.upper()} {name}", value.unit),
                 *(f"{end:.6g}" for end in value.interval),
-                *(f"{value.deviations[of]:.3g}" for of in COVARIANCES),
+                *(f"{value.deviations[covariance]:.3g}" for covariance in COVARIANCES),
                 *(f"{value.sd_gain:.3g}", or_dash(value.filter_bias, "+.2g")),
             ]
             for method, estimate in estimates.items()
@@ -268,13 +277,16 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
 
 
 def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
-    """Return a table of the control law's check, or the reason why it was not evaluated."""
+    """Return a table of the check of the control law, or the reason why it was not evaluated."""
     title = "Control law"
     if law.passed is None:
         return paragraph(law.meaning, title=title)
     rows = [
-        ["residual of the declared law", _percent(law.residual_percent)],
-        ["residual with factors fitted", _percent(law.fitted_residual_percent)],
+        ["residual of the declared law (rms, of the control)", _percent(law.residual_percent)],
+        [
+            "residual with fitted factors (rms, of the control)",
+            _percent(law.fitted_residual_percent),
+        ],
         ["delay [samples]", str(law.delay)],
         *([f"factor of {name}", f"{factor:.5g}"] for name, factor in (law.factors or {}).items()),
     ]
@@ -282,46 +294,47 @@ def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
 
 
 def _by_record(records: Sequence[WrittenMember]) -> TableBlock:
-    """Return a table, by record, of residual and delay of the law, and delay of the force."""
+    """Return a table of residual and delay of the law, and of the delay of the force, by record."""
+    rows = []
+    for i, each in enumerate(records, 1):
+        law, alignment = each.law_check, each.alignment
+        residual = law_delay = force_delay = "-"
+        if law.passed is not None:
+            residual, law_delay = _percent(law.residual_percent), str(law.delay)
+        if alignment.best is not None:
+            force_delay = f"{alignment.best:.3f} +- {alignment.deviation:.2g}"
+        rows.append([f"record {i}", residual, law_delay, force_delay])
     return text_table(
-        ("", "residual of the law", "delay [samples]", "force acts later by [samples]"),
-        (
-            [
-                f"record {i}",
-                *(
-                    ("-", "-")
-                    if each.law_check.passed is None
-                    else (_percent(each.law_check.residual_percent), str(each.law_check.delay))
-                ),
-                "-"
-                if each.alignment.best is None
-                else f"{each.alignment.best:.3f} +- {each.alignment.deviation:.2g}",
-            ]
-            for i, each in enumerate(records, 1)
-        ),
-        title="By record",
+        ("", "residual of the law", "delay of the law [samples]", "delay of the force [samples]"),
+        rows,
+        title="Control law and force by record: rms residual relative to the control, and delays",
     )
 
 
 def _percent(value: object) -> str:
-    """Return a number in percent as text; a dash if there is none."""
+    """Return a number in percent as text; a dash for any other value, such as None or UNSET."""
     return f"{figure_text(value)} %" if isinstance(value, float) else "-"
 
 
 def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> TableBlock | Paragraph:
-    """Return a table of the instruments' first stages; without instruments a paragraph."""
+    """Return a table of the first stages of the instruments, by column of the regressor.
+
+    Without instruments it is a paragraph.
+    """
     title = "Instruments"
     if tests is None:
-        return paragraph("none", title=title)
+        return paragraph("no instruments", title=title)
     regressed = preferred.ddm_quantities or preferred.quantities
     return text_table(
-        ("first stage", "R^2", "Shea", "F", "conditional F"),
+        ("first stage", "R^2", "Shea's partial R^2", "F", "conditional F"),
         (
             [q.label, f"{s.r_squared:.5f}", f"{s.shea:.5f}", f"{s.f:.4g}", f"{s.conditional_f:.4g}"]
             for q, s in zip(regressed, tests.columns, strict=True)
         ),
         title=title,
-        said=(f"condition number of Z'X, unit columns: {tests.condition_number:.4g}",),
+        said=(
+            f"Condition number of Z'X with columns of unit length: {tests.condition_number:.4g}.",
+        ),
     )
 
 
@@ -343,7 +356,7 @@ def _differences(
             "not tested: no two estimators use the same rows, or instruments are weak", title=title
         )
     return text_table(
-        ("", "unit", "difference", "its sd", "in sd of the second", "p", "joint p"),
+        ("", "unit", "difference", "sd", "in sd of the second", "p", "joint p"),
         (
             (
                 f"{_difference_label(pair)} {name}",
@@ -354,8 +367,8 @@ def _differences(
                 f"{each.p_value:.2g}",
                 f"{each.joint_p_value:.2g}",
             )
-            for pair, of_one in differences.items()
-            for name, each in of_one.items()
+            for pair, by_parameter in differences.items()
+            for name, each in by_parameter.items()
         ),
         labels=2,
         title=title,
@@ -368,20 +381,20 @@ def _difference_label(pair: str) -> str:
 
 
 def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragraph:
-    """Return a sentence on the delay of the force relative to the motion."""
+    """Return sentences on the delay of the force relative to the motion, and on its effect."""
     title = "Alignment"
     if alignment.best is None:
-        return paragraph(f"not measured: {alignment.reason}", title=title)
+        return paragraph(f"The delay was not measured: {alignment.reason}", title=title)
     by = "instruments" if alignment.by_instruments else "least squares"
     units = {q.name: q.unit for q in preferred.quantities}
-    moved = ", ".join(
-        f"{name} {slope:+.3g} {units.get(name, '')}".rstrip()
+    changes = ", ".join(
+        f"{name} by {slope:+.3g} {units.get(name, '')}".rstrip()
         for name, slope in (alignment.sensitivity or {}).items()
     )
-    end = " (the end of the range)" if alignment.at_the_end else ""
+    end = " (the end of the search range)" if alignment.at_the_end else ""
     return paragraph(
-        f"the force acts {alignment.best:.3f} +- {alignment.deviation:.2g} samples{end} after it "
-        f"is recorded, estimated by {by}; one sample of delay changes {moved}",
+        f"The force acts {alignment.best:.3f} +- {alignment.deviation:.2g} samples{end} after it "
+        f"is recorded, estimated by {by}. A delay of one sample changes {changes}.",
         title=title,
     )
 
@@ -389,7 +402,7 @@ def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragra
 def _motions(found: Mapping[str, ColumnComparison]) -> Document:
     """Return a table of measured velocity and acceleration; empty if they are not measured.
 
-    Each is compared with the differentiated position.
+    Each is compared with the differentiated position: its factor, delay, offset and residual.
 
     Parameters
     ----------
@@ -399,15 +412,15 @@ def _motions(found: Mapping[str, ColumnComparison]) -> Document:
     rows = [
         (
             role,
-            f"{m.factor:.5g} +- {m.factor_deviation:.1g}",
-            f"{m.delay:.3f} +- {m.delay_deviation:.1g}",
-            f"{m.offset:+.3g} +- {m.offset_deviation:.1g}",
-            f"{m.left_percent:.3g}",
+            f"{each.factor:.5g} +- {each.factor_deviation:.1g}",
+            f"{each.delay:.3f} +- {each.delay_deviation:.1g}",
+            f"{each.offset:+.3g} +- {each.offset_deviation:.1g}",
+            f"{each.left_percent:.3g}",
         )
-        for role, m in found.items()
+        for role, each in found.items()
     ]
     table = text_table(
-        ["", "factor", "delay [samples]", "offset, SI", "residual, %"],
+        ["", "factor", "delay [samples]", "offset [SI]", "residual [%]"],
         rows,
         title="Measured motion compared with the differentiated position",
     )
@@ -415,20 +428,18 @@ def _motions(found: Mapping[str, ColumnComparison]) -> Document:
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> TableBlock:
-    """Return a table of every check with its figure and threshold.
+    """Return a table of every check with its status, figure and threshold.
 
-    `sources` adds a column that states what the figure is and where the threshold comes from.
+    `sources` adds a column with the meaning of the figure and the source of the threshold.
     """
-    of_what = (TableColumn("figure and source of the threshold", align="left"),) if sources else ()
-    return TableBlock(
-        columns=(*text_columns(["", "status", "figure", "threshold", "p"]), *of_what),
-        rows=tuple(
-            (
-                *(c.name, c.status),
-                *(or_dash(x, ".3g") for x in (c.figure, c.threshold, c.p_value)),
-                *((c.source,) if sources else ()),
-            )
-            for c in checks
-        ),
-        title="Checks",
-    )
+    columns = [*text_columns(["", "status", "figure", "threshold", "p"])]
+    if sources:
+        columns.append(TableColumn("figure and source of the threshold", align="left"))
+    rows = []
+    for check in checks:
+        figures = (check.figure, check.threshold, check.p_value)
+        row = [check.name, check.status, *(or_dash(figure, ".3g") for figure in figures)]
+        if sources:
+            row.append(check.source)
+        rows.append(tuple(row))
+    return TableBlock(columns=tuple(columns), rows=tuple(rows), title="Checks")

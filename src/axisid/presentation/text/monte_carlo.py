@@ -1,4 +1,4 @@
-"""A Monte-Carlo study as tables: bias, scatter, coverage of intervals, and rates of checks."""
+"""A Monte-Carlo study as tables: bias, scatter, coverage of intervals, failure rates of checks."""
 
 import math
 from collections.abc import Sequence
@@ -39,7 +39,9 @@ from axisid.presentation.sentences import sentence
 
 _PLAIN = (1e-6, 1e6)  # Monte-Carlo errors between which numbers have no power of ten
 
+#: Names of covariances that have no label of their own.
 _LABELS = {MODEL_ERROR: "model error", COLOURED: "autoregressive errors"}
+#: Titles of the tables of parameters, by kind of parameter.
 _TITLES = {
     PARAMETER: "Estimates",
     DIRECT: "Parameters of the direct model",
@@ -48,7 +50,7 @@ _TITLES = {
 
 
 def study_document(result: SavedMonteCarlo) -> Document:
-    """Return settings, estimates by method, rates of the checks, legend and findings."""
+    """Return a study as a document: settings, estimates, rates of checks, legend and findings."""
     return (
         Heading(facts=heading_facts(result)),
         *estimand_tables(result),
@@ -59,67 +61,72 @@ def study_document(result: SavedMonteCarlo) -> Document:
 
 
 def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
-    """Return the settings of the runs, for a heading."""
+    """Return the settings of the runs as texts by name, for a heading."""
     twins, noise = result.twins, result.noise
-    begun = ", start at a random place within an encoder step" if noise.anywhere else ""
+    start = ", start at a random place within an encoder step" if noise.anywhere else ""
     done = f"{len(result)}" if len(result) == result.runs else f"{len(result)} of {result.runs}"
     return {
         "axis": result.name,
         "twins": f"{done} twins of {twins.axis}, seed {result.seed}",
-        "noise": sentence(noise_sources(noise, twins.unit, twins.drive_unit)) + begun,
+        "noise": sentence(noise_sources(noise, twins.unit, twins.drive_unit)) + start,
         "model": "the same as simulated" if twins.right else "different from the simulated model",
         "methods": ", ".join(map(method_title, result.methods)),
-        "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",
+        "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_printed_labels(result)}",
     }
 
 
 def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
-    """Return one table for each kind of parameter; `of` begins their titles if it is given."""
-    # A fit has no filter.
-    is_fit = [bool(fitted_output(method)) for method in result.methods]
-    without = f" minus the bias of filter and noise{' (not for fits)' * any(is_fit)}"
-    titles = {**_TITLES, PARAMETER: _TITLES[PARAMETER] + without * (not all(is_fit))}
-    return [
-        _estimands(result, of_kind, f"{of}: {title[0].lower()}{title[1:]}" if of else title)
-        for kind, title in titles.items()
-        if (of_kind := [each for each in result.figures if each.kind == kind])
-    ]
+    """Return one table for each kind of parameter that the study has.
+
+    Parameters
+    ----------
+    result : SavedMonteCarlo
+    of : str
+        Beginning of the titles; empty for none.
+    """
+    # A fit has no filter, so its values are not corrected.
+    are_fits = [bool(fitted_output(method)) for method in result.methods]
+    titles = dict(_TITLES)
+    if not all(are_fits):
+        titles[PARAMETER] += " minus the bias of filter and noise"
+        if any(are_fits):
+            titles[PARAMETER] += " (not for fits)"
+    tables: list[Block] = []
+    for kind, title in titles.items():
+        of_kind = [each for each in result.figures if each.kind == kind]
+        if of_kind:
+            full_title = f"{of}: {title[0].lower()}{title[1:]}" if of else title
+            tables.append(_estimands(result, of_kind, full_title))
+    return tables
 
 
 def _estimands(
     result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title: str
 ) -> TableBlock:
-    """Return the table of one kind of parameter: bias, scatter, standard error, coverage."""
+    """Return the table of one kind of parameter: bias, scatter, standard error, coverage.
+
+    The last columns have the coverage with other covariances than that of the printed intervals.
+    """
     chosen = result.chosen
     others = [
-        of
-        for of in (*COVARIANCES, MODEL_ERROR)
+        covariance
+        for covariance in (*COVARIANCES, MODEL_ERROR)
         if any(
-            of in each.coverage and of != interval_covariance(each.method, chosen)
+            covariance in each.coverage and covariance != interval_covariance(each.method, chosen)
             for each in listed
         )
     ]
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (
-            *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
-            *(mean_cell(each.bias), mean_cell(each.scatter)),
-            _number(each.deviations.get(stated, math.nan), 2),
-            *share_texts(each.coverage.get(stated)),
-            *("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others),
-        )
-        for each in listed
-        for stated in [interval_covariance(each.method, chosen)]
-    )
+    rows = tuple(_estimand_row(each, chosen, others) for each in listed)
     return TableBlock(
         columns=(
             *text_columns(["method", "", "unit"]),
             TableColumn("truth"),
-            TableColumn("bias", parts=("error",)),
-            TableColumn("scatter", parts=("error",)),
+            TableColumn("bias", parts=("MC error",)),
+            TableColumn("scatter", parts=("MC error",)),
             TableColumn("sd"),
             TableColumn("coverage", "%", group="coverage"),
             TableColumn("95 % interval", "%", group="coverage"),
-            *(TableColumn(_label(of), "%") for of in others),
+            *(TableColumn(_label(covariance), "%") for covariance in others),
         ),
         rows=rows,
         labels=2,
@@ -127,12 +134,36 @@ def _estimands(
     )
 
 
-def _label(of: str) -> str:
+def _estimand_row(each: EstimandFigures, chosen: str, others: Sequence[str]) -> tuple[Cell, ...]:
+    """Return the table row of one parameter by one method.
+
+    Parameters
+    ----------
+    each : EstimandFigures
+    chosen : str
+        Chosen covariance of the study.
+    others : sequence of str
+        Covariances of the last columns.
+    """
+    printed = interval_covariance(each.method, chosen)
+    return (
+        *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
+        *(mean_cell(each.bias), mean_cell(each.scatter)),
+        _number(each.deviations.get(printed, math.nan), 2),
+        *share_texts(each.coverage.get(printed)),
+        *(
+            "" if covariance == printed else share_texts(each.coverage.get(covariance))[0]
+            for covariance in others
+        ),
+    )
+
+
+def _label(covariance: str) -> str:
     """Return the name of a covariance in tables."""
-    return _LABELS[of] if of in _LABELS else COVARIANCES[of].label
+    return _LABELS[covariance] if covariance in _LABELS else COVARIANCES[covariance].label
 
 
-def _stated_labels(result: SavedMonteCarlo) -> str:
+def _printed_labels(result: SavedMonteCarlo) -> str:
     """Return the names of the covariances that the printed intervals of all methods use."""
     return " and ".join(
         dict.fromkeys(
@@ -147,7 +178,10 @@ def _number(value: float, digits: int) -> str:
 
 
 def mean_cell(mean: Mean) -> QuantityCell:
-    """Return a mean with its Monte-Carlo standard error as a cell, to two digits of the error."""
+    """Return a mean with its Monte-Carlo standard error as a cell.
+
+    Both are rounded to two digits of the standard error; dashes for NaN.
+    """
     if math.isnan(mean.value):
         return QuantityCell("-", "-")
     if not _PLAIN[0] <= mean.error < _PLAIN[1]:
@@ -157,7 +191,7 @@ def mean_cell(mean: Mean) -> QuantityCell:
 
 
 def share_texts(share: Share | None) -> tuple[str, str]:
-    """Return a share in percent and its Wilson interval as texts; dashes without runs."""
+    """Return a share in percent and its Wilson interval as texts; dashes for None or no runs."""
     if share is None or not share.of:
         return "-", "-"
     low, value, high = (100 * each for each in (share.interval[0], share.value, share.interval[1]))
@@ -170,7 +204,9 @@ def study_checks(result: SavedMonteCarlo) -> TableBlock:
 
     Checks that pass in every run, or are never evaluated, have no row.
     """
-    beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
+    listed = [
+        each for each in result.check_figures if each.passes.of > 0 and not _always_passes(each)
+    ]
     return TableBlock(
         columns=(
             *text_columns(["check"]),
@@ -189,42 +225,42 @@ def study_checks(result: SavedMonteCarlo) -> TableBlock:
                     *share_texts(check.notes),
                     share_texts(check.missing)[0],
                 )
-                for check in beyond
+                for check in listed
             ),
             ("any check", *share_texts(result.objected), "", "", ""),
         ),
-        title=f"Checks of {result.judged} verdicts",
+        title=f"Checks in {result.judged} verdicts: share of runs in which a check fails or has a "
+        "note",
     )
 
 
-def _is_silent(check: CheckFigures) -> bool:
+def _always_passes(check: CheckFigures) -> bool:
     """Return True if the check was evaluated and passed in every run."""
     return check.passes.count == check.missing.of
 
 
 def legend(result: SavedMonteCarlo) -> Paragraph:
     """Return the explanation of the columns, and the checks without a row."""
-    silent = ", ".join(each.name for each in result.check_figures if _is_silent(each))
-    unseen = ", ".join(each.name for each in result.check_figures if not each.passes.of)
+    passed = ", ".join(each.name for each in result.check_figures if _always_passes(each))
+    not_evaluated = ", ".join(each.name for each in result.check_figures if not each.passes.of)
     return paragraph(
-        "bias, scatter: mean error and standard deviation over the runs, each with its "
-        "Monte-Carlo standard error. sd: printed standard error, "
-        f"{_stated_labels(result)}, as root mean square over the runs. coverage: share of the "
-        "intervals that contain the true value, with Wilson's 95 % interval; the columns after it: "
-        "coverage with other standard errors.",
-        *([f"Passed in every run: {silent}."] if silent else []),
-        *([f"Not evaluated in any run: {unseen}."] if unseen else []),
+        "bias, scatter: mean error and standard deviation over the runs; MC error: the Monte-Carlo "
+        f"standard error of each. sd: printed standard error, {_printed_labels(result)}, as root "
+        "mean square over the runs. coverage: share of the intervals that contain the true value, "
+        "with Wilson's 95 % interval; the columns after it: coverage with other standard errors.",
+        *([f"Passed in every run: {passed}."] if passed else []),
+        *([f"Not evaluated in any run: {not_evaluated}."] if not_evaluated else []),
     )
 
 
 def findings(result: SavedMonteCarlo) -> Paragraph:
-    """Return the study's results that exceed the Monte-Carlo error, and the share of failures."""
+    """Return sentences on the study's own checks, and the share of verdicts with a failed check."""
     share, interval = share_texts(result.objected)
-    objected = (
+    failing = (
         f"At least one check fails in {share} % ({interval} %) of {result.judged} verdicts on "
         f"{'the correct' if result.twins.right else 'an incorrect'} model."
     )
     return paragraph(
         *(f"{check.meaning}." for check in result.checks if check.status != "not evaluated"),
-        *([objected] if result.judged else []),
+        *([failing] if result.judged else []),
     )

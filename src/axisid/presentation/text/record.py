@@ -1,4 +1,4 @@
-"""Text about records: size, columns, repairs, known values, and how they became rows."""
+"""Text about records: size, columns, repairs, known values, and the rows of the regression."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,7 +11,14 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Signal
-from axisid.presentation.documents import Document, Heading, TableBlock, text_table
+from axisid.presentation.documents import (
+    Document,
+    Heading,
+    TableBlock,
+    TableColumn,
+    text_columns,
+    text_table,
+)
 from axisid.presentation.result_files import SavedIdentification
 from axisid.support.wording import or_dash
 
@@ -22,7 +29,7 @@ def rows_text(
     force: Sequence[str],
     motions: Sequence[Sequence[str]],
 ) -> str:
-    """Return a note on how records became the rows of one regression.
+    """Return a note on the rows of one regression: their number, the filters and the force.
 
     Parameters
     ----------
@@ -36,42 +43,68 @@ def rows_text(
         Measured quantities of the motion in each record.
     """
     masked = sum(sampling.masked_rows for sampling in samplings)
-    quiet = sum(sampling.excluded_samples for sampling in samplings)
-    lost = f", {masked} rows affected by masked samples left out" * bool(masked)
-    lost += f", {quiet} samples near reversals and standstill left out before" * bool(quiet)
-    taken, *said = force
-    filters = dict.fromkeys(
-        f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
-        f"forward and backward. Force: {'; '.join([f'{taken}, hold {f.hold}', *said])}."
-        for f, motion in zip((each.filter.settings for each in samplings), motions, strict=True)
-    )
+    excluded = sum(sampling.excluded_samples for sampling in samplings)
+    clauses = ""
+    if masked:
+        clauses += f", {masked} rows affected by masked samples are excluded"
+    if excluded:
+        clauses += (
+            f", {excluded} samples near reversals and standstill are excluded before the decimation"
+        )
+    source, *remarks = force
+    # Records with equal filters and quantities share their sentences.
+    filters: dict[str, None] = {}
+    for sampling, motion in zip(samplings, motions, strict=True):
+        settings = sampling.filter.settings
+        of_force = "; ".join([f"{source}, hold {settings.hold}", *remarks])
+        text = (
+            f"{_measured_text(motion)}: low-pass, Butterworth, {settings.cutoff:g} Hz, order "
+            f"{settings.order}, forward and backward. Force: {of_force}."
+        )
+        filters[text] = None
     samples = sum(sampling.samples for sampling in samplings)
-    return f"{used} rows of {samples} samples{_dropped(samplings)}{lost}. {' '.join(filters)}"
+    return f"{used} rows of {samples} samples{_dropped(samplings)}{clauses}. {' '.join(filters)}"
 
 
 def _dropped(samplings: Sequence[Sampling]) -> str:
-    """Return a clause on the samples dropped at the ends and on the decimation."""
-    kept = [
-        "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
-        for f in (sampling.filter.settings for sampling in samplings)
-    ]
+    """Return a clause on the samples dropped at the ends and on the decimation.
+
+    It begins with the number of segments of a single record, or with the number of records.
+    """
+    kept = []
+    for sampling in samplings:
+        settings = sampling.filter.settings
+        if settings.decimate == 1:
+            kept.append("all samples are kept")
+        else:
+            kept.append(
+                f"one sample in {settings.decimate} is kept ({settings.decimation} alignment)"
+            )
     if len(samplings) == 1:
         (sampling,) = samplings
         start, end = sampling.filter.dropped
-        used, there = len(sampling.spans), len(sampling.segments)
-        of = f"{there} segments"
-        of = of if used == there else f"{used} of {of} (the others are too short)"
-        pieces, each = (f" in {of}", " of each") if there else ("", "")
-        return f"{pieces}: {start} dropped at the start, {end} at the end{each}, then {kept[0]}"
-    which = kept[0] if len({*kept}) == 1 else f"in the order of the records {', '.join(kept)}"
+        used, number = len(sampling.spans), len(sampling.segments)
+        segments = of_each = ""
+        if number:
+            of_each = " of each"
+            segments = f" in {number} segments"
+            if used != number:
+                segments = f" in {used} of {number} segments (the others are too short)"
+        return (
+            f"{segments}: {start} samples are dropped at the start and {end} at the end{of_each}, "
+            f"then {kept[0]}"
+        )
+    by_record = kept[0]
+    if len({*kept}) > 1:
+        by_record = f"in the order of the records {', '.join(kept)}"
     return (
-        f" in {len(samplings)} records: the filter's transients dropped at both ends of each, then "
-        f"{which}"
+        f" in {len(samplings)} records: the filter's transients are dropped at both ends of each "
+        f"record, then {by_record}"
     )
 
 
 def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> tuple[str, ...]:
-    """Return the source of the force as text, then remarks on the drive's timing and motor.
+    """Return the source of the force in the rows, then remarks on the drive's timing and motor.
 
     Parameters
     ----------
@@ -79,9 +112,9 @@ def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> t
     remark : str
         Remark on the motor; empty for none.
     is_gain : bool
-        Whether the force is the gain times the control.
+        True if the force is the gain times the control.
     measured : bool
-        Whether the record has a column of the force; there are then no remarks.
+        True if the record has a column of the force; there are then no remarks.
     """
     if measured:
         return ("force column",)
@@ -92,15 +125,17 @@ def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> t
 
 
 def signals_text(signals: Sequence[Signal]) -> str:
-    """Return a sentence on how recorded signals enter the rows; empty for none."""
+    """Return a sentence on the recorded signals in the rows, after a blank; empty for none."""
+    if not signals:
+        return ""
     listed = ", ".join(f"{s.name} in {s.unit}" for s in signals)
     held = ", ".join(s.name for s in signals if s.is_held)
     mean = f"; {held}: mean of the values held before and after each sample" if held else ""
-    return f" Recorded signals are not filtered: {listed}{mean}." if signals else ""
+    return f" Recorded signals are not filtered: {listed}{mean}."
 
 
 def _measured_text(motion: Sequence[str]) -> str:
-    """Return the names of the quantities that are low-passed, as the start of a sentence."""
+    """Return the names of the measured quantities of the motion, as the start of a sentence."""
     *others, last = (role if role == "position" else f"measured {role}" for role in motion)
     text = f"{', '.join(others)} and {last}" if others else last
     return text[0].upper() + text[1:]
@@ -118,7 +153,7 @@ def record_facts(record: RecordInfo) -> dict[str, str]:
 
 
 def record_document(record: Record) -> Document:
-    """Return a record as a document: its facts, and the range of each column in SI units."""
+    """Return a record as a document: its facts, and the range of each signal in SI units."""
     table = text_table(
         ["", "minimum", "maximum", "range"],
         (
@@ -135,120 +170,139 @@ def records_facts(
     known: Sequence[Mapping[str, tuple[float, float]]] = (),
     units: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, str]:
-    """Return the facts of records as texts by name, for a heading.
+    """Return size, columns, assumptions and repairs of records as texts by name, for a heading.
 
     With several records the names are numbered, except for facts that are the same for all records.
+    Known values are part of the fact ``record``.
 
     Parameters
     ----------
     records : sequence of RecordInfo
     known : sequence of mapping of str to (float, float)
-        Known values of each record with their standard errors.
+        Known values of each record with their standard errors; empty for none.
     units : mapping of str to str
         Units of the known values.
     """
-    told = [record_facts(record) for record in records]
-    for own, of_one in zip(told, known, strict=False):
-        listed = (
+    by_record = [record_facts(record) for record in records]
+    for facts_of_one, known_of_one in zip(by_record, known, strict=False):
+        values = (
             f"{name} = {known_text(*value)} {units.get(name, '')}".rstrip()
-            for name, value in of_one.items()
+            for name, value in known_of_one.items()
         )
-        own["record"] = "; ".join([own["record"], *listed])
-    if len(told) == 1:
-        return told[0]
+        facts_of_one["record"] = "; ".join([facts_of_one["record"], *values])
+    if len(by_record) == 1:
+        return by_record[0]
     facts: dict[str, str] = {}
-    for name in told[0]:
-        each = [own[name] for own in told]
+    for name in by_record[0]:
+        texts = [facts_of_one[name] for facts_of_one in by_record]
         # Each record has its own line, even if sources and sizes are equal.
-        same = name != "record" and len({*each}) == 1
-        facts |= {name if same else f"{name} {i}": text for i, text in enumerate(each, 1)}
+        is_common = name != "record" and len({*texts}) == 1
+        for i, text in enumerate(texts, 1):
+            facts[name if is_common else f"{name} {i}"] = text
     return facts
 
 
 def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
-    """Return a text on the records that could not be used, with reasons; empty without any.
+    """Return the fact ``not used``: the records that could not be used, with reasons.
 
-    `set_aside` has the reason by record.
+    Parameters
+    ----------
+    set_aside : mapping of str to str
+        Reason by record; if it is empty, so is the result.
     """
-    counted = f"{len(set_aside)} record{'s' * (len(set_aside) > 1)}"
+    if not set_aside:
+        return {}
+    count = "1 record" if len(set_aside) == 1 else f"{len(set_aside)} records"
     reasons = (
-        f"{n} ({why.removeprefix(f'{Path(n).name}: ').removesuffix('.')})"
-        for n, why in set_aside.items()
+        f"{name} ({why.removeprefix(f'{Path(name).name}: ').removesuffix('.')})"
+        for name, why in set_aside.items()
     )
-    return {"set aside": f"{counted}: {'; '.join(reasons)}"} if set_aside else {}
+    return {"not used": f"{count}: {'; '.join(reasons)}"}
 
 
 def records_table(result: SavedIdentification) -> TableBlock:
-    """Return a table of the records, with errors by the judged estimate."""
-    return text_table(
-        (
-            *("record", "rows", "weight", "noise", "equation error", "simulation error"),
-            *("difference", "p"),
+    """Return a table of the records: rows, weight, noise, errors, and difference from the others.
+
+    The errors are those of the judged estimate. The unit of the force is known only if the result
+    has its declared axis.
+    """
+    force_unit = ""
+    if result.declared is not None:
+        force_unit = str(result.declared.coordinate.force_unit)
+    return TableBlock(
+        columns=(
+            *text_columns(["record", "rows", "weight"]),
+            TableColumn("noise", force_unit),
+            TableColumn("equation", "%"),
+            TableColumn("simulation", "%"),
+            TableColumn("difference", "%"),
+            TableColumn("p"),
         ),
-        (
+        rows=tuple(
             (
-                f"{i}  {of_one.record.provenance.source}",
-                str(of_one.rows),
-                f"{of_one.weight:.3g}",
-                f"{of_one.noise:.3g}",
-                f"{of_one.equation_error_percent:.4f}",
-                or_dash(of_one.simulation_error_percent, ".4f"),
-                or_dash(of_one.share_percent, ".2g"),
-                or_dash(of_one.p_value, ".2g"),
+                f"{i}  {member.record.provenance.source}",
+                str(member.rows),
+                f"{member.weight:.3g}",
+                f"{member.noise:.3g}",
+                f"{member.equation_error_percent:.4f}",
+                or_dash(member.simulation_error_percent, ".4f"),
+                or_dash(member.share_percent, ".2g"),
+                or_dash(member.p_value, ".2g"),
             )
-            for i, of_one in enumerate(result.of_records, 1)
+            for i, member in enumerate(result.of_records, 1)
         ),
+        title=f"Records: errors by {result.preferred.method.upper()}; change of the force with "
+        "separate parameters for the record (difference) and its p-value (p)",
     )
 
 
 def several_notes(result: SavedIdentification) -> list[str]:
-    """Return notes on how several records became one estimate; none for a single record."""
+    """Return notes on the common regression of several records; none for a single record."""
     if not result.of_records:
         return []
-    weights = ", ".join(f"{of_one.weight:.3g}" for of_one in result.of_records)
+    weights = ", ".join(f"{member.weight:.3g}" for member in result.of_records)
     gain = result.declared_gain
-    return [
+    notes = [
         "All records are fitted in one regression; rows of different records are not neighbours. "
         "Rows are weighted by the inverse of the record's noise, which is its residual in a first "
         "least-squares fit of all records (feasible generalised least squares); weights "
         f"{weights}.",
-        f"Table of records: errors by {result.preferred.method.upper()} in percent. Noise: rms "
-        "residual in the unit of the force. Difference: change of the force if the record has its "
-        "own parameters, in percent of its force; p: probability that noise alone causes such a "
-        "difference.",
+        f"Table of records: equation and simulation error by {result.preferred.method.upper()}, in "
+        "percent of the measured quantity. Noise: rms residual in the unit of the force. "
+        "Difference: change of the force if the record has its own parameters, in percent of its "
+        "force; p: probability that noise alone causes such a difference.",
         *local_notes(result.local_names),
-        *(
-            []
-            if gain is None
-            else [
-                f"drive_gain: identified from the known force; the declared value is {gain:g} "
-                f"{result.preferred.parameters['drive_gain'].unit}. Standard errors of the other "
-                "parameters include its uncertainty."
-            ]
-        ),
-        *(
-            [
-                "Standard errors include the uncertainty of the known values. Known values that "
-                "are equal and have equal standard errors count as one measurement."
-            ]
-            if any(sd for of_one in result.of_records for _, sd in of_one.known.values())
-            else []
-        ),
     ]
+    if gain is not None:
+        notes.append(
+            f"drive_gain: identified from the known force; the declared value is {gain:g} "
+            f"{result.preferred.parameters['drive_gain'].unit}. Standard errors of the other "
+            "parameters include its uncertainty."
+        )
+    if any(sd for member in result.of_records for _, sd in member.known.values()):
+        notes.append(
+            "Standard errors include the uncertainty of the known values. Known values that are "
+            "equal and have equal standard errors count as one measurement."
+        )
+    return notes
 
 
 def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return a note on each declared parameter that has a separate value for each record.
+    """Return a note on the names of each declared parameter with a separate value per record.
 
     Parameters
     ----------
     local : mapping of str to sequence of str
-        Names of the separate parameters, by declared parameter; empty if a parameter is identified
-        only in products.
+        Names of the separate parameters by record, by declared parameter; a name is empty if the
+        parameter is identified only in products.
     """
-    return [
-        f"{', '.join(dict.fromkeys(filter(None, names)))}: {name} of the records, in their order."
-        if any(names)
-        else f"{name}: one value per record, identified only in products; numbered by record."
-        for name, names in local.items()
-    ]
+    notes = []
+    for name, names in local.items():
+        if any(names):
+            different = ", ".join(dict.fromkeys(filter(None, names)))
+            notes.append(f"{different}: {name} of the records, in their order.")
+        else:
+            notes.append(
+                f"{name}: one value per record, identified only in products; numbered by record."
+            )
+    return notes

@@ -141,7 +141,7 @@ def test_rows_filled_with_the_previous_value_are_left_out_and_counted(tmp_path: 
     )
     record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
     assert record.reference == pytest.approx(1e-3 * TARGET[:56], abs=1e-2)
-    told = "Axis.SetPos: 48 repetitions of its last time and value left out"
+    told = "Axis.SetPos: 48 repetitions of the last time and value are left out"
     assert told in record.provenance.assumed
 
 
