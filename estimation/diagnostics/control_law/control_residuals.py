@@ -174,9 +174,6 @@ def coloured_fit(
 ) -> tuple[Solution, Array]:
     """Return a least-squares fit and its covariance, (k, k), for autoregressive residuals.
 
-    The covariance is enlarged for few independent samples, so that a distance of
-    `MIN_DISTANCE_FROM_NOISE` standard errors has the p-value that it has for a normal distribution.
-
     Parameters
     ----------
     target : (n,) array
@@ -196,22 +193,40 @@ def coloured_fit(
         The columns are linearly dependent.
     """
     fit = least_squares(target, factor(columns, names, neighbours=neighbours))
+    return fit, coloured_covariance(fit, period)
+
+
+def coloured_covariance(fit: Solution, period: float) -> Array:
+    """Return the covariance of a least-squares fit for autoregressive residuals, (k, k).
+
+    It is enlarged for few independent samples, so that a distance of `MIN_DISTANCE_FROM_NOISE`
+    standard errors has the p-value that it has for a normal distribution.
+
+    Parameters
+    ----------
+    fit : Solution
+        Fit of n rows.
+    period : float
+        Sample period, s.
+    """
+    rows, parameters = fit.influence.shape
     # Residuals and influence in all samples, with zeros in those that are not rows: the
     # autocorrelation continues through these samples.
-    at = neighbours.places - neighbours.places[0]
-    every, taken = np.zeros((int(at[-1]) + 1, 2 + len(names))), float(len(names))
-    every[at] = np.column_stack([np.ones(len(at)), fit.residuals, fit.influence])
+    places = fit.neighbours.places
+    at = places - places[0]
+    every = np.zeros((int(at[-1]) + 1, 2 + parameters))
+    every[at] = np.column_stack([np.ones(rows), fit.residuals, fit.influence])
     model = autoregression_of([every[:, 1]], period, [every[:, 0] > 0])
     spans = [slice(0, len(every))]
-    applied = autoregressive_covariance(every[:, 2:], model, spans, len(target), taken)
+    applied = autoregressive_covariance(every[:, 2:], model, spans, rows, float(parameters))
     # Factor by which Student's distribution is wider than the normal one at this distance.
     far = MIN_DISTANCE_FROM_NOISE.value
     wider = stdtrit(applied.freedom, ndtr(far)) / far
-    return fit, applied.matrix * np.outer(wider, wider)
+    return applied.matrix * np.outer(wider, wider)
 
 
-def offset_and_drift(residuals: Array, neighbours: RowTimes, period: float) -> tuple[Array, Array]:
-    """Return the constant and the drift of a residual, and their standard errors, (2,) each.
+def offset_and_drift(residuals: Array, neighbours: RowTimes) -> Solution:
+    """Return the least-squares fit of a constant and a drift to residuals, (n,).
 
     The drift is the change over the record.
 
@@ -225,8 +240,7 @@ def offset_and_drift(residuals: Array, neighbours: RowTimes, period: float) -> t
     """
     time = neighbours.places - neighbours.places.mean()
     columns = np.column_stack([np.ones(len(residuals)), time / np.ptp(time)])
-    fit, covariance = coloured_fit(residuals, columns, (CONSTANT, DRIFT), neighbours, period)
-    return fit.theta, np.sqrt(np.diag(covariance))
+    return least_squares(residuals, factor(columns, (CONSTANT, DRIFT), neighbours=neighbours))
 
 
 def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:

@@ -49,6 +49,7 @@ from .control_residuals import (
     INJECTED,
     MAX_FACTOR_ERROR,
     NO_GAINS,
+    coloured_covariance,
     coloured_fit,
     comparison_filter,
     noisy_ticks,
@@ -397,14 +398,17 @@ class GainRegression:
         drift 2 %. Both must also exceed three standard errors, and three times the effect of the
         uncertainty by the log.
         """
-        rows = self.neighbours, self.period
-        values, deviations = offset_and_drift(self.residuals, *rows)
+        fit = offset_and_drift(self.residuals, self.neighbours)
         least = _MAX_CONTROL_LEAN * np.sqrt(np.mean(self.control**2)) * np.array([1.0, 2.0])
+        relevant = np.abs(fit.theta) > least
+        if not relevant.any():  # standard errors take most of the time
+            return {}
+        deviations = np.sqrt(np.diag(coloured_covariance(fit, self.period)))
         # Constants and drifts that the uncertainty by the log may cause.
-        by_log = [offset_and_drift(each, *rows)[0] for each in self.possible_changes]
+        by_log = [fit.influence.T @ each for each in self.possible_changes]
         chance = np.abs([deviations, *by_log]).max(axis=0)
-        significant = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
-        named = zip((CONSTANT, DRIFT), values, significant, strict=True)
+        is_far = np.abs(fit.theta) > MIN_DISTANCE_FROM_NOISE.value * chance
+        named = zip((CONSTANT, DRIFT), fit.theta, relevant & is_far, strict=True)
         return {name: float(value) for name, value, is_significant in named if is_significant}
 
     @cached_property
