@@ -235,8 +235,6 @@ def offset_and_drift(residuals: Array, neighbours: RowTimes) -> Solution:
     residuals : (n,) array
     neighbours : RowTimes
         Times of the rows in samples.
-    period : float
-        Sample period, s.
     """
     time = neighbours.places - neighbours.places.mean()
     columns = np.column_stack([np.ones(len(residuals)), time / np.ptp(time)])

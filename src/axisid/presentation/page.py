@@ -224,7 +224,7 @@ def _figure(name: str, plot: Plot | Missing, attribute: str, *, half: bool) -> s
 
 
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
-_CUTOFFS = 8  # of the sweep for the report
+_CUTOFFS = 7  # of the sweep for the report, next to that of the result
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")  # whose versions the page names
 #: Text before the tables of all methods; the first table of the page has the judged method.
 _ALL_METHODS = paragraph(
@@ -482,7 +482,7 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
 def report_sweep(
     result: Identification, progress: Callable[[int, int, str], None] | None = None
 ) -> Sweep:
-    """Return a sweep over eight cut-offs for the report, by the methods of the inverse model.
+    """Return a sweep over seven cut-offs for the report, by the methods of the inverse model.
 
     Its settings are those of the identification.
 
