@@ -82,7 +82,7 @@ def test_bad_data_exits_3_with_one_sentence(
         ({"control": None}, "neither a force nor a control column"),
         (
             {"rows": 60},
-            "the record has 60 samples; 48 + 48 are dropped and the filters' transients",
+            "the record has 60 samples, but 121 or more are needed",
         ),
     ):
         said = refused("identify", "emps2015", log(**changes), says=message, code=3)
@@ -95,7 +95,7 @@ def test_bad_data_exits_3_with_one_sentence(
         (["emps2015", "absent.csv"], 3, "absent.csv cannot be read"),
         (["nosuch"], 4, "there is no axis 'nosuch'"),
         (["emps2015", "--cutoff", "600"], 2, "not below 500 Hz"),
-        (["emps2015", "--cutoff", "-1"], 2, "the cutoff is -1.0; give"),
+        (["emps2015", "--cutoff", "-1"], 2, "the cutoff is -1.0. Give"),
         (["emps2015", "--decimate", "0"], 2, "the decimation is 0"),
         (["emps2015", "--decimate", "x"], 2, "not a valid integer"),
         (["emps2015", "--method", "ols"], 2, "'ols' is not one of"),

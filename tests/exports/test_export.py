@@ -154,7 +154,7 @@ def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(
     other = text_file(
         tmp_path / "other.json", file.read_text().replace('"axis": "emps2015"', '"axis": "mine"')
     )
-    with refuses("result-file", says=r"'mine'; .* \(axis\)"):
+    with refuses("result-file", says=r"'mine'\. .* \(axis\)"):
         export(other, "c")
 
 

@@ -148,7 +148,7 @@ _OF_A_LOG = (
 #: Name, shift, code and what is said.
 _SHIFTS = (
     ("shift by a part", {"control": 1.5}, 3, "Give a whole number.*--resample auto"),
-    ("shift of the time", {"time": 1}, 3, "shift: 'time' cannot be shifted"),
+    ("shift of the time", {"time": 1}, 3, "shift: the time cannot be shifted"),
     ("shift of no column", {"wheel": 1}, 3, "shift.wheel: the key is unknown"),
     ("shift beyond the log", {"control": 99999}, 3, "is 99999 of 7801 samples"),
     ("shift in kilograms", {"control": "1kg"}, 3, "or a time with its unit, such as 2ms"),

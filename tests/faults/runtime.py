@@ -264,7 +264,7 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     (
         "a prefilter that is none",
         lambda: identify(_axis(), _record(), 60.0),  # type: ignore[arg-type]
-        r"the prefilter is 60\.0; give a Prefilter",
+        r"the prefilter is 60\.0\. Give a Prefilter",
     ),
     (
         "a motion at no period",

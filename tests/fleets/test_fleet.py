@@ -374,7 +374,7 @@ def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: 
     with (tmp_path / LEDGER).open("ab") as ledger:
         ledger.write(b'{"schema": "axisid.fle')  # cut off
     rows = read_ledger(tmp_path).last
-    assert read_ledger(tmp_path).broken.endswith("(4)")
+    assert read_ledger(tmp_path).broken.endswith("(line 4)")
     assert list(rows) == ["odd", "a"]
     assert math.isnan(rows["odd"].parameters["M"].value)
     assert rows["odd"].conditions == {"room": None}

@@ -126,7 +126,7 @@ def test_a_log_of_two_machines_is_two_items_with_results_of_their_own(tmp_path: 
             "log,serial,site\na.csv,X,1\na.csv,X,2\n",
             "row 1, and .*row 2, give different conditions of .*site=2",
         ),
-        ("log,axis\n,emps\n", "row 1 does not name a log"),
+        ("log,axis\n,emps\n", "row 1 names no log"),
         ("log,site\na.csv,1,,\na.csv,1,20\n", "row 2 has more cells than the header has names"),
         ("log,log\na.csv,b.csv\n", "has 2 columns named 'log'"),
     ],

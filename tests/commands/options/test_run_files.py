@@ -246,7 +246,7 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
         (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
         (["--columns", "time=t,position=pos:inc,control=volts"], 2, "size of one count"),
         (["--gaps", "fill"], 2, "no repair of gaps 'fill'"),
-        (["--window", "2-5"], 2, "'2-5'. Give FROM..TO"),
+        (["--window", "2-5"], 2, "Give FROM..TO"),
         (["--window", "5..2"], 2, "does not end after it begins"),
         (["--window", "100.."], 3, "has no samples"),
         (["--validate-like", "1"], 2, "no effect without --validate"),

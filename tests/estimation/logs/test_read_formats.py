@@ -48,7 +48,7 @@ def test_library_that_is_not_installed_is_named_with_the_command(
     file.write_bytes(b"x")
     name = library.partition(".")[0]
     with refuses(
-        "missing-library", says=rf"needs the library {name}.*pip install {name}.*extra {extra}"
+        "missing-library", says=rf"needs the library {name}.*extra {extra}.*pip install {name}"
     ):
         read_record(file)
 

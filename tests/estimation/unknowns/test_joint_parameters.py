@@ -75,7 +75,7 @@ def test_what_records_cannot_share_is_refused_with_what_to_say(
 
 @pytest.mark.parametrize("values", [[0.0], [0.0, 1.0, 2.0], [0.0, (1.0, -1.0)], [0.0, (1, 2, 3)]])
 def test_what_is_no_value_of_each_record_is_refused(values: Any) -> None:
-    with refuses("parameters", "give"):
+    with refuses("parameters", "Give"):
         known_of({"m": values}, 2)
 
 
