@@ -154,7 +154,7 @@ CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop
 OUTPUTS: Mapping[str, str] = MappingProxyType(
     {
         CONTROL: "the control of the simulated loop",
-        POSITION: "the position of the simulated loop (this needs the exact control law)",
+        POSITION: "the position of the simulated loop (most sensitive to an error of the control law)",
         FORCE: "the force of the simulated drive",
         OPEN_LOOP: "the position simulated with the recorded control, in windows",
     }
@@ -256,7 +256,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="resample",
-            said="Resample columns with uneven or different times to one even grid.",
+            said="Resample columns with uneven or different times to one even grid of times: at this "
+            "rate in Hz, or with auto at the median rate of the position.",
             example='"auto"',
             option="resample",
             metavar="HZ|auto",
@@ -264,8 +265,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="gaps",
-            said="Cut the log where samples are missing or its clock goes back. Each piece is "
-            "filtered separately.",
+            said="Cut the log where samples are missing or the clock of the log goes back. Each "
+            "piece is filtered separately.",
             example='"split"',
             option="gaps",
             metavar="split",
@@ -280,7 +281,7 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="mask",
-            said="Leave out the rows whose filters reach samples at the limit of the drive or of "
+            said="Leave out each row whose filter reaches a sample at the limit of the drive or of "
             "the recorder.",
             example='"clipped"',
             is_repair=True,
@@ -302,8 +303,9 @@ LOG_KEYS: Mapping[str, LogKey] = {
             name="columns",
             said="Columns by name or number (#3). Roles: time, position, velocity and acceleration "
             "(measured), reference, control, force, injected (a test signal), and signals that the "
-            "axis declares. Units are mm, deg, rpm, ms, mA, ..., or a scaling such as "
-            "inc:counts*360deg/4096/50+0.2deg.",
+            "axis declares. UNIT is mm, deg, rpm, ms, mA, ..., or a scaling: in "
+            "inc:counts*360deg/4096/50+0.2deg, inc is the name of a column with encoder counts, "
+            "here 4096 per turn before a gear of 50, and 0.2deg is an offset.",
             example='{ time = "t:ms", position = "pos:mm" }',
             option="columns",
             metavar="ROLE=NAME[:UNIT],...",

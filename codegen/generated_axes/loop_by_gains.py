@@ -43,18 +43,22 @@ def law_over_block(step: Any, evaluations: int) -> Any:
 
     It returns the memory after each evaluation, (m, M), and the outputs, (1, M). Its arguments are
     the memory at the first evaluation, (m, 1), the signals that the law reads, (1, M) each, and the
-    gains, (g, 1), if they are arguments.
+    gains, (g, 1), if they are arguments. All evaluations have the same gains: CasADi repeats an
+    argument with a single column.
 
     Parameters
     ----------
     step : casadi.Function
-        ``law_step``, or ``control_law`` of an axis.
+        Function of one evaluation: ``law_step``, or ``control_law`` of an axis with the gains as
+        numbers. Its last argument is the memory, ``state``; its results are ``next_state`` and the
+        output, in any order.
     evaluations : int
         M.
     """
-    # One evaluation, with the memory as its first argument and result.
-    last, state = step.n_in() - 1, step.name_out().index("next_state")
-    one = step.slice("law", [last, *range(last)], [state, 1 - state])
+    # One evaluation, with the memory as its first argument and its first result, as an
+    # accumulation over evaluations needs.
+    memory, next_memory = step.n_in() - 1, step.name_out().index("next_state")
+    one = step.slice("law", [memory, *range(memory)], [next_memory, 1 - next_memory])
     taken = [
         casadi.SX.sym(name, one.size1_in(name), 1 if name in ("state", "gains") else evaluations)
         for name in one.name_in()

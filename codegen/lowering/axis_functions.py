@@ -138,7 +138,19 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
 
 
 def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
-    """Return the program of the state of law and drive for an axis at rest."""
+    """Return the program of the state of law and drive for an axis at rest.
+
+    The entries of the state are, in this order:
+
+    1. the memory of the law,
+    2. the controls in the delay line of the law, all equal to the control at rest,
+    3. the state of the drive, if it has one (see `Response.remembered`):
+
+       - the control that the rate limit stores, if the rate is limited,
+       - the forces that wait for the delay, all equal to the force at rest; a drive that holds the
+         control while the force follows the motion stores the waiting commands instead,
+       - the force that acts now, if the drive stores it.
+    """
     builder = (
         Arguments()
         .scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
@@ -149,15 +161,24 @@ def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
     memory = [lowering(with_numbers(memory.start)) for memory in law.memory]
     values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}
-    first = _output(model, law, builder, {**builder.values, **values, **rest})
-    state = [*memory, *[first] * law.delay]
-    if (response := model.axis.response) is not None:
+    control = _output(model, law, builder, {**builder.values, **values, **rest})
+    delay_line = [control] * law.delay
+    drive_state: list[int] = []
+    response = model.axis.response
+    if response is not None:
+        # The control that acts, the control that the rate limit stores, and the force at rest.
         position, still = builder.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
         signals = [(builder.values[s],) for s in model.axis.signal_symbols]
-        acting, last = acting_control(builder, model, first, first)
-        made = builder.inline(drive_force(model.axis), (acting,), (position,), (still,), *signals)
-        commands = [acting] * (len(response.forces) - 1) if response.holds_control else []
-        state += [*last, *commands, *made["tau"] * (len(response.forces) - len(commands))]
+        acting, rate_limited = acting_control(builder, model, control, control)
+        (steady_force,) = builder.inline(
+            drive_force(model.axis), (acting,), (position,), (still,), *signals
+        )["tau"]
+        waiting_commands: list[int] = []
+        if response.holds_control:
+            waiting_commands = [acting] * (len(response.forces) - 1)
+        forces = [steady_force] * (len(response.forces) - len(waiting_commands))
+        drive_state = [*rate_limited, *waiting_commands, *forces]
+    state = [*memory, *delay_line, *drive_state]
     builder.output("state", [[index] for index in state])
     return builder.program("control_start", "Memory of law and drive for an axis at rest.")
 

@@ -22,7 +22,7 @@ from .switching import Switching
 #: Name of the vector of the internal states.
 STATES = "states"
 
-_NOTHING = 1e-150  # 1/s; added to the damping, so that it is never 0
+_TINY = 1e-150  # 1/s; added to the damping, so that it is never 0
 # Coefficients of Rodas4: weights of earlier stages in the argument of a stage, and in its
 # right-hand side over the step.
 _GAMMA = 0.25
@@ -132,15 +132,32 @@ class Remembering:
     def rate(self, motion: Sequence[int]) -> int:
         """Return the operation of the largest relevant rate of motion and states, 1/s.
 
-        The rates r of velocity v and state z solve ``r**2 + T r + S = 0``, with ``S = a_v g_z - a_z
-        g_v`` and ``T = -(a_v + g_z)``, where a is the acceleration, g the rate of z, and the index
-        a derivative. If T is small, v and z oscillate with ``sqrt(S)``. Otherwise one rate is about
-        T, whose component decays within a step and is not counted, and the other is ``S/T``. In
-        addition the relaxation changes with the speed, from zero at a velocity reversal.
+        It is ``max(min(sqrt(S), S/T), sqrt(R))``, with
+
+        - ``S = |a_q + sum_i (a_i g_i,v - a_v g_i,i)|``,
+        - ``T = |a_v| + sum_i |g_i,i|``, to which a tiny number is added in the quotient,
+        - ``R = |a| sum_i |g_i,iv|``.
+
+        Here a is the acceleration, g_i the rate of state z_i, and the sums are over all states. An
+        index after these names is a derivative: q by the position, v by the velocity, i by z_i.
+
+        With a single state, the rates r of the motion solve ``r**2 + T r + S = 0``, except for the
+        signs. If T is small, velocity and state oscillate with ``sqrt(S)``. Otherwise one rate is
+        about T, whose component decays within a step and is not counted, and the other is ``S/T``.
+        R is the relaxation term: a state relaxes with the rate ``|g_i,i|``, which is zero at a
+        velocity reversal, and changes with the velocity by ``|g_i,iv|``, and so in time by R.
+
+        Parameters
+        ----------
+        motion : sequence of int
+            Operations of position, velocity and states.
         """
         build, found, width = self.builder.apply, self._at(motion), len(motion)
+        # `slopes` has one row for the acceleration, then one for each state; the entries of a row
+        # are the derivatives by position, velocity and states.
         slopes = found["slopes"]
         by_velocity = slopes[1]
+        # S and T.
         stiffness, damping = slopes[0], build("abs", by_velocity)
         for j in range(2, width):
             row = slopes[(j - 1) * width : j * width]
@@ -148,8 +165,9 @@ class Remembering:
             stiffness = build("sub", stiffness, build("mul", by_velocity, row[j]))
             damping = build("add", damping, build("abs", row[j]))
         stiffness = build("abs", stiffness)
-        slow = build("div", stiffness, build("add", damping, self.builder.constant(_NOTHING)))
+        slow = build("div", stiffness, build("add", damping, self.builder.constant(_TINY)))
         swinging = build("min", build("sqrt", stiffness), slow)
+        # R; the first of the rates is the acceleration.
         relaxing = build("mul", build("abs", found["rates"][0]), found["curvature"][0])
         return build("max", swinging, build("sqrt", relaxing))
 

@@ -25,9 +25,9 @@ from axisid.estimation.signals import (
     FilteredRecord,
     Prefilter,
     RowTimes,
-    loss_counts_for,
+    has_nonlinear_speed_friction,
+    is_speed_friction,
     remaining_information,
-    searches_friction,
 )
 from axisid.estimation.thresholds import (
     CONVERGED,
@@ -381,12 +381,12 @@ def _near_reversals(block: LaneBlock, asked: Prefilter) -> BoolArray | None:
     if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
         return None
     near = block.turns(block.motion)
-    if asked.reversals is None and not searches_friction(axis):
+    if asked.reversals is None and not has_nonlinear_speed_friction(axis):
         # Lanes that would hardly show a parameter without these samples keep all samples.
         slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
         pairs = block.library.information(block.motion, block.template.sampling.kept, near, slow)
         moving, left = (each.transpose(2, 0, 1) for each in pairs)
-        counts = loss_counts_for(axis)
+        counts = ~is_speed_friction(axis)
         remaining = [
             remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)
         ]

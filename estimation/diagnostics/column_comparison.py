@@ -248,6 +248,11 @@ def low_passed(
 def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     """Return the check of the recorded force against the force from the control.
 
+    Both forces pass a low-pass, and are compared by a factor, a delay and a constant. The fault is
+    judged with the uncertainty of the declared gain added to that of the factor, because a factor
+    within the uncertainty of the gain is no fault. The finding reports the factor as it was
+    measured, with the uncertainty of the comparison alone.
+
     None without both columns. Missing where they cannot be compared.
     """
     if record.force is None or record.control is None:
@@ -257,19 +262,23 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     if drive.is_gain:
         computed_force = "gain times control"
     # After a low-pass, the dynamics of the current loop and its sensor do not affect the factor.
-    commanded, by_gain = _commanded(axis, longest)
+    commanded, share_by_gain = _commanded(axis, longest)
     compared = _compared(low_passed(longest, commanded, np.asarray(longest.force)))
     if isinstance(compared, Missing):
         return compared
-    apart, found = compared
+    difference_percent, found = compared
     lag = found.delay * record.period
-    # The factor is as uncertain as the declared gain.
-    deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
-    fault = _fault_of_force(replace(found, factor_deviation=deviation), apart, lag)
+    # A relative error of the declared gain changes the factor by the share of the force that scales
+    # with the gain.
+    deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * share_by_gain))
+    with_gain_uncertainty = replace(found, factor_deviation=deviation)
+    fault = _fault_of_force(with_gain_uncertainty, difference_percent, lag)
+    # The difference is not finite if the force from the control is 0 in all compared rows.
+    figure = difference_percent if np.isfinite(difference_percent) else None
     return Check(
         name="force against control",
         status=status_of(fault is None),
-        figure=apart if np.isfinite(apart) else None,
+        figure=figure,
         threshold=_MAX_FORCE_DIFFERENCE,
         source="difference between the recorded force and the force from the control, in percent "
         f"of {computed_force} (rms), at frequencies far below the bandwidth of a current loop. The "
@@ -278,7 +287,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
         "more than 1 % of the force and three standard errors",
         finding=ForceAgainstControl(
             fault=fault,
-            difference_percent=apart,
+            difference_percent=difference_percent,
             factor=found.factor,
             factor_uncertainty=found.factor_deviation,
             offset=found.offset,
@@ -292,7 +301,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
 
 
 def _fault_of_force(
-    found: ColumnComparison, apart: float, lag: float
+    found: ColumnComparison, difference_percent: float, lag: float
 ) -> Literal["scale", "offset", "other"] | None:
     """Return the kind of the difference between the recorded force and that from the control.
 
@@ -303,13 +312,14 @@ def _fault_of_force(
     ----------
     found : ColumnComparison
         Comparison, with the uncertainty of the declared gain in that of the factor.
-    apart : float
+    difference_percent : float
         Difference, percent of the force from the control (rms).
     lag : float
         Lag of the recorded force, s.
     """
     far = found.distances
-    is_near, is_late = apart <= _MAX_FORCE_DIFFERENCE, abs(lag) > _MAX_FORCE_LAG
+    is_near = difference_percent <= _MAX_FORCE_DIFFERENCE
+    is_late = abs(lag) > _MAX_FORCE_LAG
     is_scaled = far["factor"] > 1
     if is_near and is_scaled:
         return "scale"
@@ -368,10 +378,10 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
 
 
 def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
-    """Return the force from the control of a record without gaps, (N,), and its slope by the gain.
+    """Return the force from the control of a record without gaps, (N,), and its share by the gain.
 
-    The slope is the relative change of the force by a relative change of the drive gain: 1 for a
-    force that is proportional to the gain.
+    This is the share of the force that scales with the gain: the relative change of the force by a
+    relative change of the drive gain. It is 1 for a force that is proportional to the gain.
     """
     # Inputs of the drive: control, motion and recorded signals.
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
@@ -383,11 +393,13 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
     drive = DriveReplay(
         axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
     )
-    commanded, slope = (drive.force(*along, by_gain=by_gain) for by_gain in (False, True))
-    # The slope is a regression of the derivative on the force itself.
+    commanded = drive.force(*along, by_gain=False)
+    by_log_gain = drive.force(*along, by_gain=True)  # derivative by the logarithm of the gain
+    # The share is the slope of a regression of this derivative on the force.
     used = unmasked(record)
     power = float(commanded[used] @ commanded[used])
-    return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0
+    share_by_gain = float(by_log_gain[used] @ commanded[used]) / power if power else 1.0
+    return commanded, share_by_gain
 
 
 @unless_missing

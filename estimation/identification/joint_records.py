@@ -17,8 +17,8 @@ from axisid.estimation.records import Record, is_same_period, record_labels
 from axisid.estimation.signals import (
     FilteredRecord,
     Prefilter,
+    has_nonlinear_speed_friction,
     matching_decimation,
-    searches_friction,
     show_too_little,
 )
 from axisid.estimation.unknowns import (
@@ -174,7 +174,7 @@ def filtered_records(
     moving = [FilteredRecord.bind(a, r, replace(f, reversals="keep")) for a, r, f in every]
     fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
     reversals = asked.reversals
-    if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
+    if reversals is None and axes[0].has_direction and not has_nonlinear_speed_friction(axes[0]):
         # Without the samples near rests and reversals, unless the others show too little.
         without = [data.without(data.sampling.turns(data.motion[1], fastest)) for data in moving]
         reversals = "keep" if show_too_little(without, into) else "leave-out"

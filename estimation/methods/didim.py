@@ -56,10 +56,17 @@ class _ByOutputError(Iteration):
     _by_slopes = False
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
-        """Return the least-squares solution of the measured left side on the simulated rows."""
+        """Return the least-squares solution of the measured left side on the simulated rows.
+
+        The known part of the simulated right side, its intercept, is subtracted from the left side
+        first. The simulated rows are the regressor, and their own instruments. With a robust loss,
+        the residuals are weighted by that loss.
+        """
         left = at.measured.left - at.right.intercept
         solution = robust_solution(left, simulated, simulated, self._loss)
-        return replace(solution, neighbours=self._on.neighbours)
+        # The rows of the loop are factored without times. A HAC covariance needs the times of the
+        # measured rows, which tell which rows are neighbours and where the records have gaps.
+        return replace(solution, neighbours=self._problem.neighbours)
 
     def _next(
         self, step: IterationStep, physical: Array, share: float
@@ -95,8 +102,8 @@ class _ByOutputError(Iteration):
         for _ in range(_STEP_LENGTHS):
             trial = np.clip(physical + share * (goal - physical), *self._bounds)
             with suppress(EstimationError):
-                loops, right = self._on.simulated(self._form, trial, self._budget)
-                left = self._on.rows(self._form.at(trial)).left
+                loops, right = self._problem.simulated(self._form, trial, self._budget)
+                left = self._problem.rows(self._form.at(trial)).left
                 # The residual of the loop must decrease, or hardly increase.
                 simulated = right.predicted(self._form.regressed(trial))
                 now = size_by_loss(left - simulated, scale, self._loss)
@@ -174,7 +181,7 @@ class _ByOutputError(Iteration):
             # Where the loop cannot be simulated with the changed parameter, the column of Z stays.
             with suppress(EstimationError):
                 physical = self._form.physical(changed)[0]
-                _, right = self._on.simulated(self._form, physical, self._budget)
+                _, right = self._problem.simulated(self._form, physical, self._budget)
                 J[:, j] = (right.predicted(changed) - simulated) / step
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 

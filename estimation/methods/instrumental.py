@@ -253,7 +253,7 @@ class Iteration:
         self._method, self._form, self._start, self._loss = method.name, form, start, method.loss
         # A linearised model stays within the bounds of its search.
         self._bounds = (-np.inf, np.inf) if form.is_linear else search_bounds(form.axis)
-        self._on = problem  # its measured rows are solved, and its loops simulated
+        self._problem = problem  # its measured rows are solved, and its loops simulated
         self._iterates: list[Iterate] = []  # the start and every iterate so far
         loops = sum(len(data.record.spans) for data in problem.data)
         self._pace = StepControl()  # control of the length of the steps
@@ -310,7 +310,7 @@ class Iteration:
         if self._start.named != NOMINAL_START:
             other = f'the nominal values: start="{NOMINAL_START}" in Python.'
         advice = f"Check the control law against the record, and start from {other}"
-        resting = resting_axis(self._on.rest)
+        resting = resting_axis(self._problem.rest)
         if resting is not None:
             advice = f"A likely cause is that {resting.sentence}."
         return EstimationError(
@@ -327,8 +327,10 @@ class Iteration:
         """
         # The form is linearised at the start already.
         form = self._form.at(physical) if self._iterates else self._form
-        measured = self._on.rows(form)
-        loops, right = simulated_before or self._on.simulated(self._form, physical, self._budget)
+        measured = self._problem.rows(form)
+        loops, right = simulated_before or self._problem.simulated(
+            self._form, physical, self._budget
+        )
         # The regression's parameters are not those of the last solution if a step was damped.
         theta = self._form.regressed(physical)
         simulated = right.predicted(theta)  # the loop satisfies the model row by row
@@ -355,7 +357,7 @@ class Iteration:
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         """Return the solution of the measured rows with the simulated rows as instruments."""
-        regressor = self._on.factored(self._form, at.measured)
+        regressor = self._problem.factored(self._form, at.measured)
         left = at.measured.left - at.measured.intercept
         return robust_solution(left, regressor, simulated, self._loss)
 
@@ -388,7 +390,8 @@ class Iteration:
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
         if not self._form.is_linear and isinstance(self._form, InverseForm):
-            return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal), None
+            rows = self._problem.rows
+            return damped_step(self._form, rows, step.simulated, physical, step.goal), None
         if share == 1:
             return step.goal, None
         return physical + share * (step.goal - physical), None

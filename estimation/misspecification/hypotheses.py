@@ -195,18 +195,22 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
 def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
     """Return hypotheses of a drift and of a step in time, for each parameter and the drive gain.
 
-    The drive gain is included if `commanded` is True: the force is then computed from the control,
-    and there are replicas.
+    The drive gain is included if `commanded` is True: the force is then the gain times the recorded
+    control.
     """
-    # Column of each parameter by its name and unit; a change of the gain scales the force.
+    # Column of each parameter in the rows, by its name and unit. The column of the drive gain is
+    # the force along the motion, filtered and decimated to the rows: a relative change of the gain
+    # scales this force.
     columns = {
         (q.name, str(q.unit)): column
         for q, column in zip(scores.data.axis.parameters, scores.regressor.T, strict=True)
     }
     if commanded:
         columns[GAIN, "times"] = scores.along.reduce(scores.along.force)
+    # The places are candidate times of a step, in the middle part of the record. `between` gives
+    # the times near the best of them, among which the time of the step is refined.
     times = scores.data.times_of_rows
-    middle = times[0] + (times[-1] - times[0]) * np.linspace(0.15, 0.85, 15)
+    step_times = times[0] + (times[-1] - times[0]) * np.linspace(0.15, 0.85, 15)
     hypotheses: list[Hypothesis] = []
     for (name, unit), column in columns.items():
         if not column.any():  # these rows cannot show a change of a zero column
@@ -223,7 +227,7 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
                 parameter=name,
                 unit=unit,
                 columns=partial(_steps_at, column, times),
-                places=middle,
+                places=step_times,
                 between=_places_between,
             ),
         ]

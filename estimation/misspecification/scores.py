@@ -208,30 +208,32 @@ class RecordScores:
         correlations = own / sizes[:, :, None] / sizes[:, None, :]
         # A twentieth of a column must be independent: with less, the standard error of its factor
         # is more than 20 times as large.
-        is_own = is_there & (np.linalg.eigvalsh(correlations)[:, 0] > 0.05**2)
-        own = np.where(is_own[:, None, None], own, np.eye(g))
+        is_independent = is_there & (np.linalg.eigvalsh(correlations)[:, 0] > 0.05**2)
+        own = np.where(is_independent[:, None, None], own, np.eye(g))
         # Factors of the columns, and the power of the residuals that they explain.
         away = scores[:, :, 0] - (scores[:, :, 1:].mean(axis=2) if self.twins else 0.0)
         values = np.asarray(np.linalg.solve(own, away[:, :, None])[:, :, 0], dtype=float)
-        powers = np.where(is_own, np.einsum("mg,mg->m", away, values) / n, 0.0)
+        powers = np.where(is_independent, np.einsum("mg,mg->m", away, values) / n, 0.0)
         if self.twins:
-            p_values, spread = self._by_replicas(away, scores[:, :, 1:], is_own)
+            p_values, spread = self._by_replicas(away, scores[:, :, 1:], is_independent)
         else:
             p_values, spread = self._by_hac(columns, values, own, powers)
         inverse = np.linalg.inv(own)
         return ColumnTests(
-            p_values=np.where(is_own, p_values, 1.0),
-            values=np.where(is_own[:, None], values, 0.0),
+            p_values=np.where(is_independent, p_values, 1.0),
+            values=np.where(is_independent[:, None], values, 0.0),
             covariances=inverse @ spread @ inverse,
             powers=powers,
         )
 
     def _by_replicas(
-        self, away: Array, scores: Array, is_own: NDArray[np.bool_]
+        self, away: Array, scores: Array, is_independent: NDArray[np.bool_]
     ) -> tuple[Array, Array]:
         """Return the p-values of m blocks, (m,), and the covariances of their scores, (m, g, g).
 
-        The test is Hotelling's, with the covariance of the replicas' scores.
+        The test is Hotelling's, with the covariance of the replicas' scores. A block has g columns,
+        and there are R replicas. Blocks that are not independent of the model's columns get the
+        identity as covariance, so that it can be inverted; the caller ignores their p-values.
 
         Parameters
         ----------
@@ -239,16 +241,16 @@ class RecordScores:
             Scores of the record minus the mean of the replicas.
         scores : (m, g, R) array
             Scores of the replicas.
-        is_own : (m,) array of bool
+        is_independent : (m,) array of bool
             True for blocks that are independent of the model's columns.
         """
-        _, g, count = scores.shape
-        apart = scores - scores.mean(axis=2, keepdims=True)
-        spread = np.einsum("mgr,mhr->mgh", apart, apart) / (count - 1)
-        spread = np.where(is_own[:, None, None], spread, np.eye(g))
+        _, g, R = scores.shape
+        deviations = scores - scores.mean(axis=2, keepdims=True)
+        spread = np.einsum("mgr,mhr->mgh", deviations, deviations) / (R - 1)
+        spread = np.where(is_independent[:, None, None], spread, np.eye(g))
         square = np.einsum("mg,mg->m", away, np.linalg.solve(spread, away[:, :, None])[:, :, 0])
-        square *= count / (count + 1) * (count - g) / (g * (count - 1))
-        return np.asarray(fdtrc(g, count - g, square)), spread
+        square *= R / (R + 1) * (R - g) / (g * (R - 1))
+        return np.asarray(fdtrc(g, R - g, square)), spread
 
     def _by_hac(
         self, columns: Array, values: Array, own: Array, powers: Array

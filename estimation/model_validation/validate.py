@@ -68,17 +68,27 @@ def validate(
 ) -> Validation:
     """Validate every estimate, with frozen parameters, on another record of the axis.
 
+    The errors of the frozen parameters on the second record are computed. The parameters are also
+    estimated from the second record by the same methods, and compared with the frozen parameters.
+
     Parameters
     ----------
     result : Identification or SavedIdentification
         Result whose estimates are validated.
     record : Record
         The second record, read for the same axis. It is filtered like the record of the estimates,
-        with the same cut-off frequency in Hz; the settings hold and reversals of the prefilter are
-        chosen again if they were not given.
+        with the same cut-off frequency in Hz. The prefilter's settings `hold` and `reversals` are
+        chosen for the second record, unless the user gave them for the identification.
     like : int, optional
         Number, from 1, of a record of the result whose local parameters (`local`) and known values,
         such as a payload, also apply to this record. Needed if the result has such values.
+
+    Returns
+    -------
+    Validation
+        For each method: the equation error, the errors of the simulated loop, and the difference of
+        the parameters between both records. For the second record: the agreement with the declared
+        control law, and the share of its samples that the estimates were made from.
 
     Raises
     ------

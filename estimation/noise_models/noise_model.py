@@ -161,7 +161,8 @@ class Chain:
     def logged_control(self, rng: AntitheticDraws, control: Array, period: float) -> Array:
         """Return a control or force, (N,), with the noise and quantisation of the log.
 
-        `period` is the sampling period, s.
+        Both use random numbers `rng`: quantisation rounds on a grid with a random offset, so that
+        the rounding errors of replicas differ. `period` is the sampling period, s.
         """
         if self.control:
             control = control + _drawn(self.control, rng, len(control), period)

@@ -363,7 +363,7 @@ def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighte
 
     `at` are the parameters, (P,), and `errors` the residuals, (n,).
     """
-    return np.concatenate([weighing.weights * errors, unknowns.known_errors(at)])
+    return np.concatenate([weighing.weights * errors, unknowns.prior_errors(at)])
 
 
 def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss) -> float:
@@ -379,9 +379,11 @@ def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss
     weighing : WeightedLoss
         Weights w, loss rho and scale c.
     """
-    known, c = unknowns.known_errors(at), weighing.tuning
-    losses = c * c * weighing.counted((weighing.weights * errors / c) ** 2)[0]
-    return 0.5 * float(losses.sum() + known @ known)
+    prior_errors, c = unknowns.prior_errors(at), weighing.tuning
+    # The loss, and its first and second derivative, which the cost does not need.
+    rho, _, _ = weighing.counted((weighing.weights * errors / c) ** 2)
+    losses = c * c * rho
+    return 0.5 * float(losses.sum() + prior_errors @ prior_errors)
 
 
 def best_of(found: Sequence[SearchResult]) -> SearchResult:

@@ -306,8 +306,11 @@ def _run_searches(
 ) -> FitSearch:
     """Return the finished searches of a fit with the simulated loop of one axis.
 
-    The parameters, their starts and the residuals are set up first. Then the start with the lowest
-    cost is chosen, and the searches run.
+    First the parameters, their start points and the predictions are set up. A *form* is the map
+    from the parameters of the fit to the parameters of each record's axis. The *predictions*
+    simulate the outputs with a form, and give the residuals (recorded minus simulated outputs) as a
+    function of the parameters. Then the start point with the lowest cost is chosen, and the
+    searches run.
 
     Parameters
     ----------
@@ -328,25 +331,29 @@ def _run_searches(
 
     Other arguments are those of `fit`.
     """
-    # The parameters of all records, their bounds and prior values, and their starts.
+    # The parameters of all records, their bounds and prior values, and their start points.
     shared = joint_records(generated, records, None, local, known, gain, skip_bad=False)
     records, form = shared.records, form_with(free, outputs, shared, shared.own_form)
     if time is not None:
         form = replace(form, time=(time,))
     unknowns = unknowns_of(form, bounds, prior, fixed)
-    begins, unavailable = starts_from(start, shared, form, gain)
-    first_at = begins[0].physical
+    start_points, unavailable = starts_from(start, shared, form, gain)
+    first_at = start_points[0].physical
     predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
-    # For each known value with a standard error: the form and the residuals with a changed value.
-    perturbed = [
+    # For each known value with a standard error: the form and the predictions with this value
+    # changed by its standard error.
+    changed_forms = [
         form_with(free, outputs, shared, joint)
         for joint in perturbed_joint_forms(generated, shared.own_form)
     ]
-    doubts = [(f, _predictions(f, records, outputs, first_at, horizon)) for f in perturbed]
+    predictions_with_changed_known = [
+        (changed, _predictions(changed, records, outputs, first_at, horizon))
+        for changed in changed_forms
+    ]
     check_enough(predictions.counted, predictions.spans, unknowns)
-    check_remembered(generated.axis.states, unknowns, begins)
-    # Residuals with a longer time of the drive, for the derivative by the time.
+    check_remembered(generated.axis.states, unknowns, start_points)
+    # Predictions with a longer time of the drive, for the derivative by the time.
     if time is not None:
         value = float(getattr(generated.declared.drive, time.name))
         step = _TIME_STEP * records[0].period
@@ -355,10 +362,10 @@ def _run_searches(
     # The searches.
     rests = {} if keeps_rests else near_rests(form, records)
     run = FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
-    first, begun, failed = run.first(begins)
+    first, start_values, failed = run.first(start_points)
     if time is not None:
-        predictions.follow_time(others, begun, value, step)
-    ends = run.searches(first, begun, starts, np.random.default_rng(seed))
+        predictions.follow_time(others, start_values, value, step)
+    ends = run.searches(first, start_values, starts, np.random.default_rng(seed))
     return FitSearch(
         axis=generated,
         records=records,
@@ -367,7 +374,7 @@ def _run_searches(
         loss=loss,
         unknowns=unknowns,
         predictions=predictions,
-        start=begun,
+        start=start_values,
         started=first.named,
         scale=run.scale,
         weighing=run.weighing,
@@ -377,7 +384,7 @@ def _run_searches(
         bootstrap=0 if run.interrupted else bootstrap,
         seed=seed,
         known=known_of(known, len(records)),
-        doubts=tuple(doubts),
+        predictions_with_changed_known=tuple(predictions_with_changed_known),
         rests_count=any(d.rows_near_turns.any() for d in rests.values() if not d.excluded),
         alone=run.alone,
         interrupted=run.interrupted,

@@ -63,9 +63,9 @@ class FitSearch:
         The search with the lowest cost, which is reported.
     searches : tuple of SearchResult
         All finished searches.
-    doubts : tuple of (ExtendedForm, OutputResiduals)
+    predictions_with_changed_known : tuple of (ExtendedForm, OutputResiduals)
         For each known value with a standard error: the form and the predictions with this value
-        increased by its standard error.
+        changed by its standard error.
     rests_count : bool
         True if samples near standstill are kept, as the other samples hardly show a parameter.
     alone : SearchResult or None
@@ -92,7 +92,9 @@ class FitSearch:
     bootstrap: int
     seed: int
     known: KnownValues
-    doubts: tuple[tuple[ExtendedForm, OutputResiduals], ...] = field(repr=False, compare=False)
+    predictions_with_changed_known: tuple[tuple[ExtendedForm, OutputResiduals], ...] = field(
+        repr=False, compare=False
+    )
     rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)
     interrupted: bool = False
@@ -190,7 +192,7 @@ class FitRun:
     alone: SearchResult | None = None
     interrupted: bool = False
 
-    def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
+    def first(self, start_points: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
         """Return the start with the lowest cost, its parameters (P,), and reasons of failed starts.
 
         The parameters are those of the start, moved inside the bounds. The weights of the rows are
@@ -205,18 +207,18 @@ class FitRun:
         # Simulate all starts, and keep those that can be simulated.
         failed: list[str] = []
         tried = list[tuple[FitStart, Array, Array, Array, list[str]]]()
-        for begin in begins:
-            scale = self.unknowns.scale(begin.physical, begin.size)
-            at = self.unknowns.inside(begin.physical, scale)
+        for point in start_points:
+            scale = self.unknowns.scale(point.physical, point.size)
+            at = self.unknowns.inside(point.physical, scale)
             lanes = self.predictions(at[None, :])
             if lanes.failures:
                 failed.append(
-                    f"the fit cannot start from {begin.named} values: {lanes.failures[0]}"
+                    f"the fit cannot start from {point.named} values: {lanes.failures[0]}"
                 )
             else:
-                tried.append((begin, at, lanes.errors[:, 0], scale, [*failed]))
+                tried.append((point, at, lanes.errors[:, 0], scale, [*failed]))
         if not tried:
-            raise EstimationError(f"{failed[0]}{self._suspects(begins[0])}", code="fit")
+            raise EstimationError(f"{failed[0]}{self._suspects(start_points[0])}", code="fit")
         # Compare their costs with the weights of the first, then estimate the weights at the best.
         self.counted = self._counted()
         self._weigh(tried[0][2])
@@ -256,21 +258,21 @@ class FitRun:
             counted[rows][np.repeat(near, len(self.predictions.units))] = 0.0
         return counted
 
-    def _suspects(self, begin: FitStart) -> str:
+    def _suspects(self, start: FitStart) -> str:
         """Return sentences on possible causes why no loop can start; empty if there are none.
 
         Causes are parameters of the start below their bounds, and a wrong control law.
         """
-        quantities, low = self.unknowns.quantities, begin.physical < self.unknowns.lower
+        quantities, low = self.unknowns.quantities, start.physical < self.unknowns.lower
         below = ", ".join(
             f"{q.name} = {value:.6g} {q.unit}"
-            for q, value, is_low in zip(quantities, begin.physical, low, strict=True)
+            for q, value, is_low in zip(quantities, start.physical, low, strict=True)
             if is_low
         )
         sentences = ""
         if below:
             sentences = (
-                f" The {begin.named} estimate is below the bounds: {below}. "
+                f" The {start.named} estimate is below the bounds: {below}. "
                 "Check the signs of the control, of the positions and of the drive gain."
             )
         law = first_failing([*map(law_agreement, self.form.axes, self.records)])
@@ -279,7 +281,7 @@ class FitRun:
         return sentences
 
     def searches(
-        self, first: FitStart, begun: Array, count: int, random: np.random.Generator
+        self, first: FitStart, start_values: Array, count: int, random: np.random.Generator
     ) -> tuple[SearchResult, ...]:
         """Return the finished searches: from the start, then from random values near it.
 
@@ -289,7 +291,7 @@ class FitRun:
         ----------
         first : FitStart
             The start.
-        begun : (P,) array
+        start_values : (P,) array
             Its parameters, inside the bounds.
         count : int
             Number of searches.
@@ -302,15 +304,15 @@ class FitRun:
             No search can be finished.
         """
         ends, failures, u = list[SearchResult](), list[EstimationError](), self.unknowns
-        sizes = self._sizes(begun) if count > 1 else self.scale
+        sizes = self._sizes(start_values) if count > 1 else self.scale
         for k in range(count):
             try:
                 if k:  # a random start; initial states of loops keep their values
                     drawn = u.drawn_about(first.physical, sizes, random)
                     drawn = np.where(least_sizes(self.form) > 0, first.physical, drawn)
-                    begun = u.inside(drawn, self.scale)
+                    start_values = u.inside(drawn, self.scale)
                 # The first search estimates the weights, with which the others run.
-                ends.append(self._run(begun, u) if ends else self._search(begun))
+                ends.append(self._run(start_values, u) if ends else self._search(start_values))
             except EstimationError as error:
                 failures.append(error)
             except KeyboardInterrupt:
@@ -324,28 +326,35 @@ class FitRun:
         # Costs with the last weights, so that they can be compared.
         return tuple(replace(e, cost=cost_of(e.physical, e.errors, u, self.weighing)) for e in ends)
 
-    def _sizes(self, begun: Array) -> Array:
+    def _sizes(self, start_values: Array) -> Array:
         """Return sizes of the parameters for random starts, (P,).
 
         A change of a parameter by its size has the same effect on the outputs for every parameter,
-        to first order at the start `begun`, (P,). A parameter without effect has the scale of its
-        steps.
+        to first order at the start `start_values`, (P,). A parameter without effect has the scale
+        of its steps.
         """
         u = self.unknowns
         try:
-            self.predictions.settle(begun)
-            _, slopes = jacobian_at(self.predictions, begun, self.scale, u.lower, u.upper, u.free)
+            self.predictions.settle(start_values)
+            _, slopes = jacobian_at(
+                self.predictions, start_values, self.scale, u.lower, u.upper, u.free
+            )
         except EstimationError:
             return self.scale
         effect = np.linalg.norm(self.weighing.weights[:, None] * slopes, axis=0)
-        most = np.full(len(effect), np.max(effect * np.abs(begun)))
+        most = np.full(len(effect), np.max(effect * np.abs(start_values)))
         return np.asarray(np.divide(most, effect, out=self.scale.copy(), where=effect > 0))
 
     def _run(
-        self, begun: Array, unknowns: Unknowns, resolution: float = RESOLUTION
+        self, start_values: Array, unknowns: Unknowns, resolution: float = RESOLUTION
     ) -> SearchResult:
-        """Return the end of one search from parameters (P,) with the present weights."""
-        self.predictions.begin(begun)
+        """Return the end of one search from parameters `start_values`, (P,).
+
+        The weights of the outputs are the present ones. `resolution` is the length of a step, in
+        standard errors, at which the search ends.
+        """
+        # Discard the simulation settings of earlier searches; they are chosen again.
+        self.predictions.begin(start_values)
         search = Search(
             self.predictions,
             unknowns,
@@ -354,11 +363,11 @@ class FitRun:
             self.progress,
             resolution=resolution,
         )
-        found = search.run(begun)
+        found = search.run(start_values)
         self.interrupted = self.interrupted or found.interrupted
         return found
 
-    def _search(self, begun: Array) -> SearchResult:
+    def _search(self, start_values: Array) -> SearchResult:
         """Return the end of a search from parameters (P,), with weights that fit its residual.
 
         With prior values, the weights of the rows are estimated by a search without prior values,
@@ -367,11 +376,11 @@ class FitRun:
         """
         u, first = self.unknowns, self.weighing
         if not u.has_prior.any():
-            return self._settled(begun, u)
+            return self._settled(start_values, u)
         # Search without prior values; the end counts if it converged and shows every parameter.
         self.alone = None  # of an earlier start
         with suppress(EstimationError):
-            alone = self._settled(begun, u.without_prior)
+            alone = self._settled(start_values, u.without_prior)
             if self.interrupted:
                 return alone
             rows = self.weighing.weights[:, None] * alone.jacobian
@@ -380,15 +389,15 @@ class FitRun:
         # Without such an end, the weights follow the residual of the search with prior values.
         if self.alone is None:
             self.weighing = first
-            return self._settled(begun, u)
+            return self._settled(start_values, u)
         # Otherwise fix the weights by its residual, and search once with the prior values.
         for _ in range(_PASSES):
             self._weigh(self.alone.errors, self._effects(self.alone, u))
-        return self._run(begun, u)
+        return self._run(start_values, u)
 
-    def _settled(self, begun: Array, unknowns: Unknowns) -> SearchResult:
+    def _settled(self, start_values: Array, unknowns: Unknowns) -> SearchResult:
         """Return the end of a search from parameters (P,), repeated until the weights converge."""
-        found = self._run(begun, unknowns)
+        found = self._run(start_values, unknowns)
         try:
             return self._reweighed(found, unknowns)
         except KeyboardInterrupt:

@@ -202,7 +202,7 @@ def form_with(
 
 
 def check_remembered(
-    states: Sequence[State], unknowns: Unknowns, begins: Sequence[FitStart]
+    states: Sequence[State], unknowns: Unknowns, start_points: Sequence[FitStart]
 ) -> None:
     """Refuse a search that starts at 0 for a parameter of friction with internal state.
 
@@ -214,7 +214,7 @@ def check_remembered(
     """
     in_equations = {str(s) for state in states for law in state.laws for s in law.free_symbols}
     prior = np.where(unknowns.has_prior, unknowns.prior, 0.0)
-    sizes = np.abs([[begun.physical, begun.size, prior] for begun in begins]).max(axis=1)
+    sizes = np.abs([[point.physical, point.size, prior] for point in start_points]).max(axis=1)
     has_no_size = unknowns.free & (sizes.min(axis=0) == 0)
     pairs = zip(unknowns.names, has_no_size, strict=True)
     names = [name for name, at_zero in pairs if at_zero and name in in_equations]

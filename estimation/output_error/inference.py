@@ -241,7 +241,7 @@ def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple
         return at, side
     by_noise = sandwich.jacobian.T @ (sandwich.curvature * of.weighing.weights * common)
     # At the end of the search the gradient is 0, except for parameters at a bound.
-    at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.known_errors(at)
+    at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.prior_errors(at)
     negative_gradient = -by_noise - np.where(side[u.free] != 0, at_bounds, 0.0)
     physical = at.copy()
     # Without directions that are not shown, by which bounded least squares would divide.
@@ -308,7 +308,7 @@ def _covariances(
             covariances["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
     # Errors of known values: changes of the outputs by a standard error of each known value.
     changes = [np.zeros((len(weights), 0))]
-    for form, predictions in of.doubts:
+    for form, predictions in of.predictions_with_changed_known:
         at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
         predictions.settle(at)
         lanes = predictions(at[None, :])
@@ -381,7 +381,7 @@ def _parameters_at_bounds(
         if common is not None:
             change = of.best.jacobian @ (physical - of.best.physical)
             residuals = residuals + sandwich.curvature * weights * (common + change)
-        gradient = sandwich.jacobian.T @ residuals + sandwich.known.T @ u.known_errors(physical)
+        gradient = sandwich.jacobian.T @ residuals + sandwich.known.T @ u.prior_errors(physical)
         at, side = float(physical[j]), int(sides[j])
         centre = at + float((sandwich.inverse @ -gradient)[place])
         # The interval has the standard error without any bound; its centre has the same distance

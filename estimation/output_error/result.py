@@ -175,7 +175,11 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             for n in (*names, "law_moves_by_explanation", "lacks", "of_records", "checks")
         }
         sandwich = replace(self.judged_sandwich, twins=None)
-        return state | {"doubts": (), "loops": (), "judged_sandwich": sandwich}
+        return state | {
+            "predictions_with_changed_known": (),
+            "loops": (),
+            "judged_sandwich": sandwich,
+        }
 
     @cached_property
     def axes(self) -> tuple[GeneratedAxis, ...]:

@@ -18,9 +18,9 @@ from .drive_response import (
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little
 from .information import (
     columns_by_signal as columns_by_signal,
-    loss_counts_for as loss_counts_for,
+    has_nonlinear_speed_friction as has_nonlinear_speed_friction,
+    is_speed_friction as is_speed_friction,
     remaining_information as remaining_information,
-    searches_friction as searches_friction,
 )
 from .motion import (
     RestingAxis as RestingAxis,

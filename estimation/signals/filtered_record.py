@@ -22,9 +22,9 @@ from .drive_response import DriveReplay, acting_control
 from .information import (
     columns_by_signal,
     columns_of,
-    loss_counts_for,
+    has_nonlinear_speed_friction,
+    is_speed_friction,
     remaining_information,
-    searches_friction,
 )
 from .motion import resting
 from .prefilter import Prefilter, SampledFilter, Span
@@ -96,7 +96,7 @@ class FilteredRecord(Exact, Uncached):
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
         without_turns = kept.without(kept.sampling.turns(kept.motion[1], fastest))
-        is_open = prefilter.reversals is None and not searches_friction(axis)
+        is_open = prefilter.reversals is None and not has_nonlinear_speed_friction(axis)
         if is_open and show_too_little([without_turns]):
             return kept
         return without_turns
@@ -362,7 +362,7 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     pairs = [*zip(records, into, strict=True)]
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
     # Common parameters that are considered: those that affect a considered parameter of a record.
-    counts = np.any([loss_counts_for(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
+    counts = np.any([~is_speed_friction(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
     # X'X of the samples in motion, and of the samples that are used.
     information = []
     for each, transform in pairs:

@@ -37,7 +37,8 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: A
     Parameters
     ----------
     counts : (P,) array of bool
-        True for parameters that are considered, see `loss_counts_for`.
+        True for parameters that are considered: all except those of friction that depends on
+        speed, see `is_speed_friction`.
     moving, remaining : (P, P) array
         ``X'X`` of all samples in motion, and of the remaining samples.
     """
@@ -57,13 +58,14 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: A
     return float(np.min(after[counted] / before[counted], initial=1.0))
 
 
-def loss_counts_for(axis: GeneratedAxis) -> NDArray[np.bool_]:
-    """Return True for parameters whose loss of information matters, (p,).
+def is_speed_friction(axis: GeneratedAxis) -> NDArray[np.bool_]:
+    """Return True for the parameters of friction that depends on speed, such as a peak, (p,).
 
-    False for the parameters of friction that depends on speed.
+    The column of such a parameter in the inverse model depends both on the friction direction and
+    on the velocity. A loss of information on these parameters is not considered.
     """
     depends = columns_by_signal(axis)
-    return ~(depends["direction"] & depends["velocity"])
+    return depends["direction"] & depends["velocity"]
 
 
 def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
@@ -79,9 +81,12 @@ def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
     return columns
 
 
-def searches_friction(axis: GeneratedAxis) -> bool:
-    """Return True if a nonlinear parameter belongs to friction that depends on speed."""
-    return bool(np.any(np.array(axis.nonlinear) & ~loss_counts_for(axis)))
+def has_nonlinear_speed_friction(axis: GeneratedAxis) -> bool:
+    """Return True if friction that depends on speed has a nonlinear parameter.
+
+    For such an axis, samples near reversals are left out without regard to the lost information.
+    """
+    return bool(np.any(np.array(axis.nonlinear) & is_speed_friction(axis)))
 
 
 @lru_cache(maxsize=32)  # needed several times in every identification

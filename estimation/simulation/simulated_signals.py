@@ -87,7 +87,7 @@ def signals_about(
         return simulation.signals, simulation.signals
     after, (mean, before) = simulation.signals, forces_about(axis, simulation)
     if not axis.holds_force:
-        after = _under(axis, parameters, after, mean)
+        after = _with_force(axis, parameters, after, mean)
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
@@ -97,10 +97,10 @@ def signals_about(
         ),
     )
     force = before if simulation.held is None else simulation.held
-    return after, _under(axis, parameters, earlier, force)
+    return after, _with_force(axis, parameters, earlier, force)
 
 
-def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:
+def _with_force(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:
     """Return the signals with another force, and the acceleration that it causes."""
     motion = (signals.position, signals.velocity, force, signals.direction)
     (acceleration,) = axis.evaluate("direct_dynamics", *motion, *signals.recorded, parameters)

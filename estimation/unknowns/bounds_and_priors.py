@@ -72,7 +72,7 @@ class Unknowns:
         """Derivatives of the prior errors by the parameters, (j, P): rows ``1/sd``."""
         return np.asarray(np.diag(1 / self.prior_sd)[self.has_prior])
 
-    def known_errors(self, at: Array) -> Array:
+    def prior_errors(self, at: Array) -> Array:
         """Return the prior errors ``(theta - prior)/sd`` of parameters (P,), (j,)."""
         return np.asarray(((at - self.prior) / self.prior_sd)[self.has_prior])
 

@@ -283,7 +283,12 @@ class Drive:
 
     @property
     def force(self) -> sympy.Expr:
-        """Force as a function of the control, `CONTROL`, and of the constants of the drive."""
+        """Force as a function of the control: ``gain * control * scaled_by``.
+
+        `scaled_by` is the declared factor of the gain, a function of recorded signals. The gain is
+        the symbol `DRIVE_GAIN`, and the control the symbol `CONTROL`. A subclass may have further
+        symbols of known constants. `constants` has the values of `DRIVE_GAIN` and of these symbols.
+        """
         return DRIVE_GAIN * CONTROL * with_numbers(self.scaled_by)
 
     @property

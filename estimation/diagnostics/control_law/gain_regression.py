@@ -370,9 +370,11 @@ class GainRegression:
 
     @property
     def open_percent(self) -> float:
-        """Uncertainty of the law's output by the log, in percent of the control (rms).
+        """Uncertainty of the law's output, in percent of the control (rms).
 
-        It is the largest of the `possible_changes`; 0 where the log shows what the law read.
+        The output is uncertain if the log does not show exactly what the law read, because it
+        rounds or samples the inputs of the law. The uncertainty is the largest of the
+        `possible_changes`; 0 if there are none.
         """
         percents = [relative_error_percent(each, self.control) for each in self.possible_changes]
         return max(percents, default=0.0)

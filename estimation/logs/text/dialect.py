@@ -322,10 +322,15 @@ def _header(
     separator: str | None,
     width: int,
 ) -> tuple[list[str], list[str], str]:
-    """Return the cells of the header and of a row of units, and a note on lines above them.
+    """Return the cells of the header, the cells of the row of units, and a note for the user.
 
-    The units are empty texts without a row of units. The note is empty without lines above the
-    header. A comment is the header if there is no other line above the data.
+    The header is the last line above the data, or the line above it if the last line is a row of
+    units. Comments are not considered, unless all lines above the data are comments: then those
+    with as many cells as the table has columns are considered. Without such a comment, there is no
+    header row, and the columns are named ``#1``, ``#2``, ...
+
+    The units are empty texts if there is no row of units. The note says that there is no header
+    row, or that lines above the header are ignored; otherwise it is empty.
 
     Parameters
     ----------
@@ -334,7 +339,7 @@ def _header(
     lines : list of (int, str)
         Line numbers and texts.
     above : list of int
-        Indices of lines above the data that may be header and units.
+        Indices of the lines above the data that are not comments.
     first : int
         Index of the first row of data.
     separator : str or None
@@ -352,27 +357,33 @@ def _header(
         """Return the cells of a filled line, by its index, without marks of a comment."""
         return split_cells(lines[index][1].lstrip("#%/ "), separator, width)
 
+    # Choose the header row, and the row of units below it.
     commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
-    rows = above or commented[-1:]
-    if not rows:
+    candidates = above or commented
+    if not candidates:
         return (
             [f"#{k}" for k in range(1, width + 1)],
             [""] * width,
             "there is no header row, so columns are named by their numbers",
         )
-    header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
-    if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
-        header, units, used = cells(rows[-2]), header, rows[-2:]
+    header_row = candidates[-1]
+    header, units = cells(header_row), [""] * width
+    if len(candidates) > 1 and _is_unit_row(header):
+        row_above = cells(candidates[-2])
+        if len(header) == len(row_above) == width:
+            header_row, header, units = candidates[-2], row_above, header
+    # Check the width of the header.
     if len(header) != width:
         raise DataError(
-            f"{source}, line {lines[used[0]][0]}: the header names {len(header)} columns "
+            f"{source}, line {lines[header_row][0]}: the header names {len(header)} columns "
             f"({', '.join(header[:6])}), but the rows have {width} cells. Correct the header row. "
             "If numbers have a decimal comma, separate the columns by semicolon or tab.",
             code="log-text",
         )
-    note = f"the header is in line {lines[used[0]][0]}, and the lines above it are ignored"
-    skipped = used[0] > (0 if above else len(commented) - 1)
-    return header, units, note if skipped else ""
+    note = ""
+    if header_row > 0:
+        note = f"the header is in line {lines[header_row][0]}, and the lines above it are ignored"
+    return header, units, note
 
 
 def _is_unit_row(cells: list[str]) -> bool:

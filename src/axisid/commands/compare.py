@@ -67,13 +67,13 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     multiple=True,
     metavar="AXIS...",
     shell_complete=complete_axis,
-    help="Candidates: two or more axes.",
+    help="Candidates: two or more declarations, each a name in the library or a file.",
 )
 @click.option(
     "--ladder",
     metavar="AXIS",
     shell_complete=complete_axis,
-    help="Candidates: this axis with a series of friction laws, each with more terms.",
+    help="Candidates: this declaration with a series of friction laws, each with more terms.",
 )
 @click.option(
     "--quadratic",
@@ -97,7 +97,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @takes("filtering", Filtering)
 @takes("reading", Reading)
 @takes("sharing", Sharing)
-@leave_out_option
+@leave_out_option(has_fix=False)
 @json_option
 @force_option
 def compare(
@@ -114,13 +114,15 @@ def compare(
     json_file: str | None,
     force: bool,
 ) -> None:
-    """Fit several models of one axis to one or several RECORDs, and recommend a model.
+    """Fit several models of one machine to one or several RECORDs, and recommend a model.
 
-    The candidates are the axes of --axes, or one axis with a --ladder of friction laws: viscous;
-    viscous and Coulomb; viscous and Coulomb with an offset; and directional, with different viscous
-    and Coulomb friction in the two directions. All candidates are fitted to the same rows and
-    compared by their prediction error on held-out rows. Without RECORD the record is the twin of
-    the first axis. --leave-out removes a parameter from every candidate that has this parameter.
+    Without a RECORD, a simulated record of the first candidate (its twin) is used.
+
+    The candidates are the declarations given by --axes, or one declaration with the friction laws
+    of --ladder: viscous; viscous and Coulomb; viscous and Coulomb with an offset; and directional,
+    with different viscous and Coulomb friction in the two directions. All candidates are fitted to
+    the same rows and compared by their prediction error on held-out rows. --leave-out removes a
+    parameter from every candidate that has this parameter.
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
@@ -193,7 +195,7 @@ def compare(
 @json_option
 @force_option
 def compare_results(first: str, second: str, json_file: str | None, force: bool) -> None:
-    """Compare the results FIRST and SECOND, two files that identify --json wrote.
+    """Compare the results FIRST and SECOND, two files that `axisid identify --json` wrote.
 
     The table shows the difference of each parameter in combined standard errors. Settings and
     checks that differ are listed.

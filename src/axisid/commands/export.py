@@ -19,10 +19,13 @@ _NAMES = tuple(target.name for target in TARGETS)
 
 
 _LANGUAGES = [target.language for target in TARGETS if target.language]
+_CODE = [target.name for target in TARGETS if target.language]
+_FILES = [target.name for target in TARGETS if not target.language]
 
 
 @click.command(
     cls=Command,
+    short_help="Export an identified axis as code or as a table.",
     epilog="Example: axisid identify emps2015 --json result.json && "
     "axisid export result.json --axis emps2015 --to c -o emps2015.c",
 )
@@ -38,8 +41,8 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
     "--to",
     type=click.Choice(_NAMES),
     required=True,
-    help=f"Format: feed-forward functions in {', '.join(_LANGUAGES[:-1])} or {_LANGUAGES[-1]}, "
-    "or a table of the parameters in another format.",
+    help=f"Format. {', '.join(_CODE)}: feed-forward functions in {', '.join(_LANGUAGES[:-1])} or "
+    f"{_LANGUAGES[-1]}. {', '.join(_FILES)}: table of the parameters.",
 )
 @click.option(
     "--method",
@@ -59,8 +62,8 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
     type=float,
     default=0.0,
     metavar="SPEED",
-    help="Speed up to which the exported functions use the friction direction 0, m/s or rad/s.  "
-    "[default: 0, the friction direction is 0 at standstill only]",
+    help="At or below this speed, in m/s or rad/s, the exported functions use the friction "
+    "direction 0 (no Coulomb friction).  [default: 0, the direction is 0 at standstill only]",
 )
 @click.option(
     "-o",
@@ -82,10 +85,12 @@ def export(
 ) -> None:
     """Export an identified axis as code or as a table of parameters.
 
-    RESULT is a file that `axisid identify --json` wrote. The function NAME_feedforward computes the
-    force from position, velocity and acceleration of the reference; NAME_control computes the
-    control for this force. The functions need no libraries beyond the language itself. JSON, CSV
-    and LaTeX contain the estimates of all methods unless --method names one method.
+    RESULT is a file that `axisid identify --json` wrote. Code has two functions that begin with the
+    name of the axis. NAME_feedforward computes the force from position, velocity and acceleration
+    of the reference. NAME_control computes the control for this force. The functions need no
+    libraries beyond the language itself.
+
+    JSON, CSV and LaTeX contain the estimates of all methods unless --method names one method.
     """
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
 

@@ -46,10 +46,10 @@ from axisid.commands.options import (
     "--fix",
     multiple=True,
     metavar="NAME=VALUE[+-SD]",
-    help="Fixed value of a parameter, SI. With +-SD, its standard deviation, the value is a prior "
-    "and the parameter is fitted. Can be repeated.",
+    help="Fix a parameter at this value, SI. With +-SD, the standard deviation of the value, the "
+    "option does the same as --prior: the parameter is fitted. Can be repeated.",
 )
-@leave_out_option
+@leave_out_option(has_fix=True)
 @json_option
 @click.option(
     "--report", metavar="FILE", help="Write an HTML page with verdict, table and figures."
@@ -68,13 +68,20 @@ def fit(
     report: str | None,
     force: bool,
 ) -> None:
-    """Fit AXIS to one or several RECORDs (or to its twin) by output error, without a filter.
+    """Fit AXIS to one or several RECORDs by output error, without a filter.
+
+    Without a RECORD, a simulated record of the axis (its twin) is used.
 
     The closed loop is simulated from the recorded reference and initial state. The search changes
-    the parameters until the simulated control (or position) is as close to the record as possible.
-    Encoder noise causes no bias. The declared control law must be exact; a check compares the law
-    with the record. Ctrl-C ends the search: the best values so far are printed and written, and the
-    exit code is 130.
+    the parameters until the simulated control (or another --output) is as close to the record as
+    possible. Encoder noise causes no bias.
+
+    The declared control law must be exact for the outputs control, position and force. The output
+    position is the most sensitive to an error of the law. The output open-loop needs no law. A
+    check compares the declared law with the record.
+
+    Ctrl-C ends the search: the best values so far are printed and written, and the exit code is
+    130.
     """
     check_targets(
         [Target("--json", json_file, "fit"), Target("--report", report, "report")],

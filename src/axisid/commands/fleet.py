@@ -37,7 +37,8 @@ from axisid.support.errors import EstimationError
     "--axis",
     shell_complete=complete_axis,
     metavar="AXIS",
-    help="Axis of all logs for which no manifest names an axis: a name in the library, or a file.",
+    help="Axis of every log whose axis is not given in a manifest: a name in the library, or a "
+    "file.",
 )
 @click.option(
     "--output",
@@ -56,13 +57,14 @@ from axisid.support.errors import EstimationError
     "--time-limit",
     type=click.FloatRange(0.0, min_open=True),
     metavar="S",
-    help="Time limit for one log, s. A log that takes longer fails, and the other logs continue.  "
-    "[default: none]",
+    help="Time limit for one log, s. A log that takes longer fails. The fleet continues with the next "
+    "log.  [default: none]",
 )
 @click.option(
     "--resume",
     is_flag=True,
-    help="Keep existing results of the same log, axis and options, and identify only other logs.",
+    help="Keep existing results of the same log, axis and options. Identify only logs that have no "
+    "such result.",
 )
 @takes("filtering", Filtering)
 @takes("reading", Reading)
@@ -73,7 +75,7 @@ from axisid.support.errors import EstimationError
     "Known value of a parameter in all logs, SI. Add +-SD, the standard deviation, to an uncertain "
     "value. Can be repeated."
 )
-@leave_out_option
+@leave_out_option(has_fix=True)
 @force_option
 def fleet(
     logs: tuple[str, ...],
@@ -94,14 +96,16 @@ def fleet(
     """Identify an axis from each of many LOGS separately, and report outliers among the logs.
 
     LOGS are files (a log, or a run.toml that describes a log), folders, quoted patterns such as
-    'logs/**/*.csv', and manifests. Subfolders of a folder are included. A manifest is a CSV or
-    Parquet table with the column log and the optional columns axis, serial and columns; it can lie
-    in one of the folders. All other columns of a manifest are conditions, which are copied into the
-    table of the fleet.
+    'logs/**/*.csv', and manifests. Subfolders of a folder are included.
 
-    Each log gets a result NAME.json, in the format of identify --json, and a line in fleet.jsonl.
-    The table of all logs is fleet.parquet (fleet.csv without pyarrow). A log that cannot be used,
-    takes too long or crashes its process is reported with the reason, and the other logs continue.
+    A manifest is a CSV or Parquet table with one row for each log. The column `log` names the log.
+    The columns `axis`, `serial` and `columns` are optional. All further columns are conditions,
+    which are copied into the table of the fleet. A manifest can also lie in one of the folders.
+
+    Each log gets a result NAME.json, in the format of `axisid identify --json`, and a line in
+    fleet.jsonl. The table of all logs is fleet.parquet (fleet.csv without pyarrow). A log that
+    cannot be used, takes too long or crashes its process is reported with the reason. The fleet
+    then continues with the next log.
     """
     prefilter = filtering.prefilter()  # refused before anything is read
 

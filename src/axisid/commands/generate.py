@@ -38,10 +38,10 @@ from axisid.support.errors import UsageError
 )
 @force_option
 def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> None:
-    """Write the generated code of AXES, by default of all axes of the library.
+    """Write the generated code of AXES. Without AXES: of all axes of the library.
 
-    Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are axes
-    of the library, or TOML or Python files that declare an axis.
+    AXES are axes of the library, or TOML or Python files that declare an axis. Each axis gets a
+    folder with its CasADi functions, its equations and a manifest (a list of these files).
     """
     declared = [stages.load_axis(name) for name in axes or stages.LIBRARY]
     for name, axis in zip(axes, declared, strict=False):

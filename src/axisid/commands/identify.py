@@ -53,8 +53,8 @@ class Validating(Options):
         shell_complete=complete_file,
     )
     like: int | None = option(
-        "Use the --local parameters and --known values of the Nth RECORD for the record of "
-        "--validate.",
+        "For the record of --validate, use the --local parameters and --known values of the Nth "
+        "RECORD.",
         name="validate-like",
         type=click.IntRange(min=1),
         metavar="N",
@@ -79,7 +79,7 @@ class Validating(Options):
     "Known value of a parameter, SI. Add +-SD, the standard deviation, to an uncertain value. Can "
     "be repeated."
 )
-@leave_out_option
+@leave_out_option(has_fix=True)
 @takes("validating", Validating)
 @loss_option
 @bounded_option
@@ -88,7 +88,8 @@ class Validating(Options):
 @click.option(
     "--full",
     is_flag=True,
-    help="Print the same as --all, with intervals, correlations and the numbers of every check.",
+    help="Print all methods as with --all, and also intervals, correlations and the numbers of "
+    "every check.",
 )
 @json_option
 @click.option(
@@ -116,7 +117,9 @@ def identify(
     figures: str | None,
     force: bool,
 ) -> None:
-    """Identify AXIS from one or several RECORDs, or from its built-in twin if no RECORD is given.
+    """Identify AXIS from one or several RECORDs.
+
+    Without a RECORD, a simulated record of the axis (its twin) is used.
 
     AXIS is an axis of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
     rotary_table, valve, crank, linear_motor, balanced_slide, servo_joint), or a TOML or Python file
@@ -164,7 +167,7 @@ def identify(
 
     like = None
     if validating.like is not None:
-        like = _number_in_use(inputs, result.records, validating.like)
+        like = _number_in_result(inputs, result.records, validating.like)
     with progress_line("checking the estimates"):
         validations = [stages.validate(result, other, like=like) for other in others]
         check = stages.joined(
@@ -199,17 +202,29 @@ def identify(
         raise EstimationError(" ".join(stages.missing_notes(result.failed)))
 
 
-def _number_in_use(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
-    """Return the number, among the records in use, of record `number` of the command line.
+def _number_in_result(
+    inputs: Inputs, identified_records: "Sequence[stages.Record]", number: int
+) -> int:
+    """Return the number, among the records of a result, of record `number` of the command line.
 
     Both numbers begin with 1. They differ if records were skipped.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        Records that could be read, with the index of each on the command line (`Inputs.used`).
+    identified_records : sequence of Record
+        Records that the result was identified from, in their order.
+    number : int
+        Number of the record on the command line.
     """
-    wanted = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
-    numbers = [i for i, record in enumerate(used, 1) if record is wanted]
+    record_by_index = dict(zip(inputs.used, inputs.records, strict=True))
+    wanted = record_by_index.get(number - 1)
+    numbers = [i for i, record in enumerate(identified_records, 1) if record is wanted]
     if not numbers:
         raise click.BadParameter(
-            f"record {number} is not among the {len(used)} records that were used. Give the number "
-            "of a record that was used.",
+            f"record {number} is not among the {len(identified_records)} records that were used. "
+            "Give the number of a record that was used.",
             param_hint="--validate-like",
         )
     return numbers[0]

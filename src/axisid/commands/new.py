@@ -31,15 +31,16 @@ from axisid.support.errors import ModelError, UsageError
     "--record",
     metavar="LOG",
     shell_complete=complete_file,
-    help="Write a run.toml (or NAME.toml) next to this log instead of a declaration. The file "
-    "describes the log with the columns and units found in it. Name the run.toml instead of the "
-    "log in other commands.",
+    help="Do not write a declaration. Write a run.toml (or NAME.toml) into the folder of this log. "
+    "The run.toml describes the log with the columns and units found in the log. In other commands, "
+    "name the run.toml instead of the log.",
 )
 def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
-    """Write a first declaration with comments: NAME.toml or NAME.py in this folder.
+    """Write a first declaration of an axis with comments: NAME.toml or NAME.py in this folder.
 
-    The declaration is complete: a linear stage (with --lagrange a pendulum) with a control law, and
-    an experiment whose twin can be identified at once.
+    The declaration is complete: a linear stage (with --lagrange a pendulum) with a control law. It
+    also declares an experiment, so that `axisid identify NAME.toml` works at once, on a simulated
+    record.
     """
     if record is not None:
         for option, opposite in (("--newton", "--lagrange"), ("--toml", "--python")):
@@ -78,7 +79,8 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
     )
     write_output(str(file), scaffold(name, newton=newton, toml=toml))
     click.echo(
-        f"wrote {file}. Edit the file, then run (identify uses the twin; add your log at the end):"
+        f"wrote {file}. Edit the file, then run the commands below. identify uses a simulated "
+        "record, unless you add a log at the end."
     )
     click.echo(f"  axisid show {file}")
     click.echo(f"  axisid identify {file}")

@@ -26,13 +26,13 @@ from axisid.commands.options import (
 @click.option(
     "--output",
     metavar="DIR",
-    help="Write the tables, the figures and the results as JSON into this folder too.",
+    help="Also write the tables, the figures and the results as JSON into this folder.",
 )
 @click.option(
     "--runs",
     type=click.IntRange(min=2),
     metavar="N",
-    help="Show the distribution of the estimates of N twins with both filters too.",
+    help="Also show the distribution of the estimates of N twins with both filters.",
 )
 @click.option(
     "--jobs",
@@ -40,14 +40,19 @@ from axisid.commands.options import (
     default=1,
     show_default=True,
     metavar="N",
-    help="Number of processes for the twins of --runs. The results do not depend on it.",
+    help="Number of processes for the twins of --runs. The results do not depend on this "
+    "number.",
 )
 @force_option
 def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
-    """Identify the twin of the paper's axis with all four methods and both filters.
+    """Identify a simulated record (twin) of the axis of a paper, Brunot et al. (SYSID 2015).
 
-    The command prints the tables of Brunot et al. (SYSID 2015) next to the tables of the twin. With
-    --output it draws figures 3 and 4.
+    The methods are those of the paper: IDM-LS, DDM-LS, IDM-IV and DDM-IV. The filters are those of
+    the paper too: the appropriate filter has a cut-off of 60 Hz and a decimation by 10, the
+    inappropriate filter has a cut-off of 180 Hz and a decimation by 3.
+
+    The command prints the tables of the paper next to the tables of the twin. With --output, the
+    command also draws figures 3 and 4 of the paper.
     """
     check_needed((("--jobs",), ("--runs",)))
     if output is not None:

@@ -5,7 +5,11 @@ import click
 from axisid.commands.options import Command, complete_axis, print_document, progress_line, stages
 
 
-@click.command(cls=Command, epilog="Example: axisid show emps --format latex > emps.tex")
+@click.command(
+    cls=Command,
+    short_help="Print a declaration and the derived models.",
+    epilog="Example: axisid show emps --format latex > emps.tex",
+)
 @click.argument("axis", shell_complete=complete_axis)
 @click.option(
     "--format",
@@ -19,7 +23,7 @@ def show(axis: str, form: str) -> None:
     """Print the declaration of AXIS and the models derived from it.
 
     The output has the equation of motion, the inverse and the direct dynamic model with their
-    regressors, the map between their parameters, the identifiable parameters, the drive, the
+    regressors, the map between the parameters of both models, the identifiable parameters, the drive, the
     control law and the columns.
     """
     with progress_line(f"deriving {axis}"):

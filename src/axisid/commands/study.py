@@ -48,8 +48,8 @@ from .twin_options import anywhere_option, given_noise, noise_options, truth_opt
     multiple=True,
     default=("idm-iv",),
     callback=reading(one_or_all),
-    show_default="idm-iv",
-    help="Method of identify, or fit:OUTPUT for a fit. Can be repeated.",
+    help="Method of `axisid identify`, or fit:OUTPUT for `axisid fit` with this --output. Can be "
+    "repeated.  [default: idm-iv]",
 )
 @click.option(
     "--twin",
@@ -71,7 +71,7 @@ from .twin_options import anywhere_option, given_noise, noise_options, truth_opt
     "take several times as long as the estimates.",
 )
 @takes("filtering", Filtering)
-@leave_out_option
+@leave_out_option(has_fix=False)
 @loss_option
 @bootstrap_option
 @click.option(
@@ -87,7 +87,7 @@ from .twin_options import anywhere_option, given_noise, noise_options, truth_opt
     default=1,
     show_default=True,
     metavar="N",
-    help="Number of processes. The results do not depend on it.",
+    help="Number of processes. The results do not depend on this number.",
 )
 @click.option(
     "--output",
@@ -118,11 +118,12 @@ def study(
     force: bool,
     **noise: float | None,
 ) -> None:
-    """Identify many twins of AXIS, each with other noise, and compare estimates and true values.
+    """Identify many simulated records (twins) of AXIS and compare estimates and true values.
 
-    The study reports the bias and the scatter of every estimate, how often its intervals contain
-    the true value, and how often each check fails (--checks). The twins are simulated with AXIS, or
-    with another axis (--twin).
+    Each twin is simulated with a new random draw of the noise. The study reports the bias and the
+    scatter of every estimate, and how often the intervals of the estimate contain the true value.
+    With --checks, the study also reports how often each check fails. The twins are simulated with
+    AXIS, or with another axis (--twin).
     """
     regressions = tuple(method for method in methods if not fitted_output(method))
     for option in () if regressions else ("--loss", "--bootstrap", *Filtering.names().values()):

@@ -53,12 +53,12 @@ from axisid.support.errors import UsageError
     default=12,
     show_default=True,
     metavar="N",
-    help="Number of cut-offs, in equal ratios.",
+    help="Number of cut-offs. The ratio of consecutive cut-offs is constant.",
 )
 @takes("filtering", Filtering, without=("cutoff", "decimate"))
 @takes("reading", Reading)
 @takes("sharing", Sharing)
-@leave_out_option
+@leave_out_option(has_fix=False)
 @json_option
 @click.option("--figure", metavar="FILE", help="Draw the sweep into a .png, .svg or .pdf file.")
 @force_option
@@ -76,7 +76,9 @@ def sweep(
     figure: str | None,
     force: bool,
 ) -> None:
-    """Identify AXIS from one or several RECORDs (or its twin) with many cut-offs of the filter.
+    """Identify AXIS from one or several RECORDs with many cut-offs of the filter.
+
+    Without a RECORD, a simulated record of the axis (its twin) is used.
 
     With a rising cut-off, noise begins to bias the least-squares estimates (LS), while the
     estimates by instrumental variables (IV) stay constant. One cut-off is recommended. The

@@ -25,8 +25,8 @@ from axisid.commands.options import (
 @click.option(
     "--by",
     metavar="CONDITION",
-    help="Order the results by this column of the fleet's manifest, which has numbers or dates.  "
-    "[default: the order of RESULTS]",
+    help="Order the results by this column of the manifest of a fleet. The column must have numbers "
+    "or dates.  [default: the order of RESULTS]",
 )
 @click.option(
     "--method",
@@ -36,8 +36,8 @@ from axisid.commands.options import (
 @click.option(
     "--count-failing",
     is_flag=True,
-    help="Use results with a failed verdict too for the limits and the changes. Without this "
-    "option such results are shown but not used.",
+    help="Also use results with a failed check to compute the limits and to find changes. Without "
+    "this option, such results are shown but not used.",
 )
 @click.option(
     "--csv",
@@ -60,11 +60,12 @@ def trend(
 ) -> None:
     """Show the trend of the parameters of axes over RESULTS, and report changes.
 
-    RESULTS are files that identify --json or fit --json wrote, and folders of such files, for
-    instance of a fleet.
-    Results with the same axis and serial number form a series. The control limits of a series come
-    from the standard errors of its results and from the scatter between the results. Results
-    outside the limits, steps and drifts are reported.
+    RESULTS are files that `axisid identify --json` or `axisid fit --json` wrote, and folders of such
+    files, for instance of `axisid fleet`.
+
+    Results with the same axis and serial number form a series. Each series has a control chart for
+    every parameter. The limits of the chart come from the standard errors of the results and from
+    the scatter between the results. Results outside the limits, steps and drifts are reported.
     """
     check_targets(
         [

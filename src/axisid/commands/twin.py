@@ -43,7 +43,8 @@ _shares = by_names(
     "--output",
     required=True,
     metavar="PLACE",
-    help="File of one log, .csv or .parquet. With --count or --days: folder for all logs.",
+    help="Write one log into this file, .csv or .parquet. With --count or --days: write all logs "
+    "into this folder.",
 )
 @click.option(
     "--count",
@@ -62,8 +63,9 @@ _shares = by_names(
     multiple=True,
     metavar="[NAME=]SHARE",
     callback=reading(_shares),
-    help="Relative standard deviation of a true value between machines. Without NAME it applies to "
-    "all other true values. Write 2% or Fc=0.05. Can be repeated.",
+    help="Relative standard deviation of a true value between machines, as in Fc=0.05. SHARE "
+    "without NAME, as in 2%, applies to every true value that has no --scatter NAME=SHARE of its "
+    "own. Can be repeated.",
 )
 @click.option(
     "--drift",
@@ -82,7 +84,7 @@ _shares = by_names(
     multiple=True,
     metavar="V",
     help="Move back and forth at this speed, in coordinate units per second, instead of the motion "
-    "of the experiment. Needs --acceleration. Can be repeated.",
+    "that the axis declares as its experiment. Needs --acceleration. Can be repeated.",
 )
 @click.option(
     "--acceleration",
@@ -94,9 +96,8 @@ _shares = by_names(
     "--seconds",
     type=float,
     default=1.0,
-    show_default="1",
     metavar="S",
-    help="Duration of each move of the --speed motion, s.",
+    help="Duration of each move of the --speed motion, s.  [default: 1]",
 )
 @click.option(
     "--repeat",
@@ -125,7 +126,7 @@ _shares = by_names(
     type=click.Choice(["csv", "parquet"]),
     default="csv",
     show_default=True,
-    help="File format of the logs in a folder.",
+    help="File format of the logs that --count or --days writes.",
 )
 @click.option(
     "--seed",
@@ -154,13 +155,15 @@ def twin(
     force: bool,
     **noise: float | None,
 ) -> None:
-    """Write the log of a twin of AXIS, or the logs of many twins.
+    """Write the simulated log of a machine like AXIS (its twin), or the logs of many such machines.
 
-    A twin is simulated with known true values, and with the motion of the axis's experiment or
-    another motion. identify reads the log of a twin without further options. The noise is drawn as
-    in study. It differs for every seed from the noise of the twin that identify simulates without a
-    log. With --count or --days the folder also gets a manifest for fleet, with the true values of
-    every machine.
+    A twin has known true values of the parameters. It makes the motion that the axis declares as
+    its experiment, or the motion of --speed. `axisid identify` reads the log of a twin without
+    further options. The noise is drawn as by `axisid study`. No seed gives the noise of the twin
+    that `axisid identify AXIS` simulates if it gets no log.
+
+    With --count or --days, the folder of --output also gets a manifest: a table of the logs with
+    the true values of every machine. `axisid fleet` reads this manifest.
     """
     folder = count is not None or days is not None
     check_needed(

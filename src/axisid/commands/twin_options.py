@@ -11,8 +11,8 @@ from axisid.commands.options import VALUE, by_names, reading, stages
 NOISE = {
     "--position-noise": (
         "position",
-        "Standard deviation of the noise of the measured position, SI. The loop feeds this "
-        "position back.",
+        "Standard deviation of the noise of the measured position, SI. The simulated "
+        "loop feeds the noisy position back.",
     ),
     "--resolution": (
         "resolution",
@@ -30,13 +30,13 @@ NOISE = {
     ),
     "--control-noise": (
         "control",
-        "Standard deviation of the noise of the recorded control, in the drive's unit.  [default: "
-        "0]",
+        "Standard deviation of the noise of the recorded control, in the unit of the control (V, A, "
+        "...).  [default: 0]",
     ),
     "--disturbance": (
         "disturbance",
         "Standard deviation of a disturbance that acts in addition to the control and is not "
-        "recorded, in the drive's unit.  [default: 0]",
+        "recorded, in the unit of the control (V, A, ...).  [default: 0]",
     ),
     "--correlation-time": (
         "correlation_time",
@@ -56,7 +56,7 @@ def noise_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of `NOISE`; a command takes each as ``noise_`` plus the argument's name."""
     for name, (argument, text) in reversed(NOISE.items()):
         is_declared = argument in ("position", "resolution")
-        default = "  [default: the value of the experiment]" if is_declared else ""
+        default = "  [default: the value that the axis declares in its experiment]" if is_declared else ""
         add = click.option(name, f"noise_{argument}", type=float, metavar="X", help=text + default)
         command = add(command)
     return command
@@ -83,6 +83,6 @@ truth_option = click.option(
             lambda value, _: float(value),
         )
     ),
-    help="True value of a parameter of the twins, SI. It replaces the value of the experiment. Can "
-    "be repeated.",
+    help="True value of a parameter of the twins, SI, instead of the value that the axis declares "
+    "in its experiment. Can be repeated.",
 )

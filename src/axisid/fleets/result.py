@@ -212,9 +212,12 @@ _FIGURES: dict[str, Callable[[FleetValue], float]] = {
 Columns = dict[str, list[str | float | None]]
 _MOST_SHOWN = 20  # rows of a table on the screen; the file has all rows
 _MOST_REASONS = 5  # logs that are listed with the reason for a verdict
-_BELIEFS: tuple[Belief, ...] = ("believed", "with care", "not believed")
-#: Titles of the lists of logs whose numbers cannot be used without a look at the failed checks.
-_DOUBTS: dict[Belief, str] = {"not believed": "Do not use", "with care": "Use with care"}
+#: Words of the headline of a result, by verdict.
+_HEADLINES: dict[Belief, str] = {
+    "believed": "all checks passed",
+    "with care": "use with care",
+    "not believed": "do not use",
+}
 
 
 def _listed(lines: Sequence[str], title: str, most: int) -> Block:
@@ -236,8 +239,8 @@ def _logs(count: int) -> str:
 def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
     """Return the table of a group's parameters, and the table of its outliers.
 
-    The first table has the centre, the standard deviation between logs or machines, and the median
-    standard error of an estimate.
+    The first table has the typical value (robust centre, or median), the standard deviation between
+    logs or machines, and the median standard error of an estimate.
     """
     values = np.array([[v.value for v in row.parameters.values()] for row in group.rows])
     own = np.array([[v.sd for v in row.parameters.values()] for row in group.rows])
@@ -252,7 +255,7 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
     )
     of = "logs" if group.machines == len(group.rows) else "machines"
     table = text_table(
-        ("parameter", "unit", "centre", f"sd between {of}", "standard error"),
+        ("parameter", "unit", "typical value", f"sd between {of}", "standard error"),
         rows,
         title=f"{group.axis}, {_logs(len(group.rows))}"
         + f" of {group.machines} machines" * (of == "machines")
@@ -376,13 +379,14 @@ class Fleet(Checked, Shown):
             "failed": "without a result",
         }
         spent = [row.seconds for row in self if row.status == "ok"]
+        headlines = [_HEADLINES[row.verdict] for row in self if row.verdict]
         heading = Heading(
             title=f"Fleet of {_logs(len(self))}",
             facts={
                 "logs": _counted((statuses[row.status] for row in self), statuses.values()),
-                "verdicts": _counted((row.verdict for row in self), _BELIEFS),
+                "verdicts": _counted(headlines, _HEADLINES.values()),
                 "results": self.folder,
-                "work": f"{np.mean(spent):.2g} s of CPU for each log" if spent else "",
+                "CPU time": f"{np.mean(spent):.2g} s per log" if spent else "",
             },
         )
         blocks: list[Block] = [heading, *(b for group in self.groups for b in _group_blocks(group))]
@@ -401,13 +405,13 @@ class Fleet(Checked, Shown):
                     ((name, str(len(logs)), first_of(logs)) for name, logs in most),
                 )
             )
-        for verdict, heading_text in _DOUBTS.items():
+        for verdict in ("not believed", "with care"):
             if doubted := [row for row in self if row.verdict == verdict]:
                 lines = [f"{row.name}: {row.checks[0].name}: {row.doubt}" for row in doubted]
                 ended = [
                     each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines
                 ]
-                title = f"{heading_text}: {_logs(len(doubted))}"
+                title = f"{_HEADLINES[verdict].capitalize()}: {_logs(len(doubted))}"
                 blocks.append(_listed(ended, title, _MOST_REASONS))
         if self.failed:
             lines = [

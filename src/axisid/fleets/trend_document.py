@@ -138,7 +138,14 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
     methods = dict.fromkeys(point.method.upper() for point in points)
     results = "1 result" if len(points) == 1 else f"{len(points)} results"
     table = text_table(
-        ("parameter", "unit", "centre", "sd between", "sd of last", "limits of last"),
+        (
+            "parameter",
+            "unit",
+            "typical value",
+            "sd between results",
+            "sd of last",
+            "limits of last",
+        ),
         map(_row, series.charts),
         title=f"{series.title}, {results} by {' and '.join(methods)}",
     )

@@ -33,7 +33,8 @@ Value = TypeVar("Value")
 #: Arguments of `click.option` for ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
     "help": "Number of simulated replicas of the records, which give the bias and the standard "
-    "errors. The replicas have the measured noise. 0 for none, otherwise at least 8.",
+    "errors. The noise of the replicas is like the noise that was found in the records. 0 for none, "
+    "otherwise at least 8.",
     "default": 32,
     "type": click.IntRange(0, 100_000),
     "metavar": "N",
@@ -56,12 +57,11 @@ method_option = click.option(
     type=click.Choice(["all", *method_names()]),
     multiple=True,
     default=("all",),
-    show_default="all",
     callback=reading(one_or_all),
     help="Estimator. idm: inverse dynamic model. ddm: direct dynamic model. ls: least squares. iv: "
     "instrumental variables. didim: output error of the force; it simulates the closed loop and "
-    "needs the exact control law. all: every method that the axis and the record allow; for each "
-    "other method the output gives the reason. Can be repeated.",
+    "needs the exact control law. all: every method that is possible with this axis and record; if "
+    "a method is not possible, the output gives the reason. Can be repeated.  [default: all]",
 )
 bounded_option = click.option(
     "--bounded",
@@ -76,15 +76,24 @@ loss_option = click.option(
     show_default=True,
     help="Loss function of the residuals. huber and bisquare give outliers less weight.",
 )
-leave_out_option = click.option(
-    "--leave-out",
-    "left_out",
-    multiple=True,
-    metavar="NAME",
-    help="Do not identify this parameter. Its value is 0, or the nominal value if the model is "
-    "nonlinear in the parameter. In a command with --fix, use --fix for another value. Can be "
-    "repeated.",
-)
+
+
+def leave_out_option(*, has_fix: bool) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator that adds ``--leave-out``, which the command takes as `left_out`.
+
+    `has_fix` is True for a command that has ``--fix``; the help then refers to this option.
+    """
+    other = "To set another value, use --fix NAME=VALUE instead. " if has_fix else ""
+    return click.option(
+        "--leave-out",
+        "left_out",
+        multiple=True,
+        metavar="NAME",
+        help="Do not identify this parameter. Its value is 0, or the nominal value if the model is "
+        f"nonlinear in the parameter. {other}Can be repeated.",
+    )
+
+
 bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BOUND = rf"\s*(\w+)\s*=(?=.*\d)\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*"
@@ -101,13 +110,13 @@ class Filtering(Options):
     """Options of the prefilter; None for an option that is not given."""
 
     cutoff: float | None = option(
-        "Cut-off frequency of the Butterworth low-pass, Hz.  [default: 60, or a fifth of the log's "
-        "sampling rate if that is less]",
+        "Cut-off frequency of the Butterworth low-pass, Hz.  [default: 60, but at most a fifth of "
+        "the sampling rate of the log]",
         type=float,
         metavar="HZ",
     )
     decimate: int | None = option(
-        "Decimation: keep every Nth row.  [default: 10, or a larger N if the cut-off needs it]",
+        "Decimation: keep every Nth row.  [default: 10, or a larger N that suits a low cut-off]",
         type=int,
         metavar="N",
     )
@@ -120,7 +129,7 @@ class Filtering(Options):
     reversals: str | None = option(
         "Keep or leave out samples near a velocity reversal or standstill, where the low-pass "
         "smooths the step of friction.  [default: leave-out for an axis with friction, unless the "
-        "other samples contain too little information on a parameter]",
+        "remaining samples contain too little information on a parameter]",
         type=click.Choice(["keep", "leave-out"]),
     )
 
@@ -220,15 +229,15 @@ class Fitting(Options):
         type=click.Choice([*LOSSES]),
     )
     start: str = option(
-        "Start of the search: estimate by instrumental variables, estimate by least squares, or "
-        "nominal values. The nominal values are used instead of an estimate if their residual is "
-        "smaller.",
+        "Start of the search. instruments: estimate by instrumental variables; least-squares: "
+        "estimate by least squares; nominal: nominal values. The nominal values are used instead of "
+        "an estimate if the residual of the nominal values is smaller.",
         FIT_STARTS[0],
         type=click.Choice(FIT_STARTS),
     )
     starts: int = option(
-        "Number of searches. The first search begins at the start, the others at random values "
-        "near the start. The search with the lowest loss gives the result.",
+        "Number of searches. The first search begins at the values of --start, every further "
+        "search at random values near them. The search with the lowest loss gives the result.",
         1,
         type=click.IntRange(1, 1000),
         metavar="N",
@@ -242,8 +251,8 @@ class Fitting(Options):
     )
     rests: str = option(
         "Keep or leave out samples near standstill and velocity reversals of the record or the "
-        "simulated loop. These samples are always kept in an open-loop fit, and if the other "
-        "samples do not show every parameter.",
+        "simulated loop. These samples are always kept in an open-loop fit, for friction with "
+        "internal state, and if the remaining samples are not enough to determine every parameter.",
         RESTS[0],
         type=click.Choice(RESTS),
     )
@@ -273,9 +282,10 @@ class Fitting(Options):
         metavar="NAME=VALUE+-SD",
     )
     free: tuple[str, ...] = option(
-        "Further unknowns that are fitted together with the parameters: a gain of the control law "
-        "by its name; gain, lag or delay of the drive; start_position or start_velocity, the "
-        "initial state of each loop, or start for both. Can be repeated.",
+        "Further unknowns that are fitted together with the parameters. For a gain of the control "
+        "law, write the name of this gain, such as kp. For the drive, write gain (its force "
+        "constant), lag or delay. For the initial state of each simulated loop, write "
+        "start_position, start_velocity, or start for both. Can be repeated.",
         read=lambda texts: names_in(",".join(texts)),
         multiple=True,
         metavar="NAME[,NAME]",
@@ -315,7 +325,12 @@ class Reading(Options):
     """Options that describe a log."""
 
     columns: dict[str, str] = option(key="columns", read=_roles)
-    windows: tuple[str, ...] = option(key="windows", multiple=True)
+    windows: tuple[str, ...] = option(
+        "Use only this part of the log, s. Each part is filtered and simulated separately. Can be "
+        "repeated.",
+        key="windows",
+        multiple=True,
+    )
     resample: float | str | None = option(key="resample", read=_rate)
     gaps: str | None = option(key="gaps")
 

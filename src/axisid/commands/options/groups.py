@@ -38,7 +38,8 @@ def option(
     default : optional
         Default value, shown in the help if given; True or False make a flag.
     key : str
-        Key of a run.toml, from which help, name and form of the value are taken.
+        Key of a run.toml, from which name and form of the value are taken, and the help if `text`
+        is empty.
     name : str
         Name without dashes, if it differs from the name of the field.
     read : callable, optional
@@ -48,7 +49,7 @@ def option(
     """
     if key:
         row = LOG_KEYS[key]
-        text, name, how = row.said, row.option, {"metavar": row.metavar, **how}
+        text, name, how = text or row.said, row.option, {"metavar": row.metavar, **how}
     if read is not None:
         how["callback"] = reading(read)
     shown = (
@@ -128,8 +129,8 @@ _TITLES: Mapping[str, str] = {
 }
 #: Paragraph below the options of a title.
 _PARAGRAPHS = {
-    "Log": "A run.toml holds all other settings of a log. Name the run.toml instead of the log. "
-    "Write a first run.toml with axisid new --record LOG."
+    "Log": "A run.toml holds all other settings of a log. To use these settings, name the run.toml "
+    "instead of the log. To write a first run.toml, run: axisid new --record LOG"
 }
 
 

@@ -147,7 +147,10 @@ json_option = click.option(
     help="Write the result as JSON into this file. - stands for standard output.",
 )
 force_option = click.option(
-    "--force", is_flag=True, help="Overwrite a file even if this command did not write it."
+    "--force",
+    is_flag=True,
+    help="Overwrite a file even if this command did not write it. Without --force, only an empty "
+    "file or a file that this command wrote is overwritten.",
 )
 
 

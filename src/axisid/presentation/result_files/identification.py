@@ -277,14 +277,19 @@ class WrittenIdentification(
 
 
 def _member(result: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
-    """Return one of several records as part of a document."""
+    """Return one of several records as part of a document.
+
+    Its member `apart` is the difference of the parameters from those of the other records; None if
+    this record alone does not determine the parameters.
+    """
+    difference = None if isinstance(diagnosis.apart, Missing) else diagnosis.apart
     return written_as(
         WrittenMember,
         result,
         record=written_record(result.record),
         prefilter=written_prefilter(result.sampling),
         known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in result.known.items()},
-        apart=None if isinstance(diagnosis.apart, Missing) else diagnosis.apart,
+        apart=difference,
         **record_members(diagnosis),
     )
 

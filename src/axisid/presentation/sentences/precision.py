@@ -152,7 +152,12 @@ def within_bounds(finding: WithinBounds) -> str:
 
 @sentence.register
 def beyond_bounds(finding: BeyondBounds) -> str:
-    """Return the parameters that are not within their bounds, and the advice of the finding."""
+    """Return sentences on the parameters that are not within their bounds, and an instruction.
+
+    The instruction follows from the likely cause (`advice` of the finding). If long standstill is
+    the likely cause (`rest` is not None), the text of that finding is the instruction. If other
+    candidates explain more, the cause is named without an instruction.
+    """
     text = "; ".join(_outside(each) for each in finding.parameters)
     if finding.rest is not None:
         return f"{text}. {capitalised(sentence(finding.rest))}"
@@ -183,11 +188,15 @@ def _outside(found: OutsideBounds) -> str:
 
 @sentence.register
 def fixed_at_bounds(finding: FixedAtBounds) -> str:
-    """Return the parameters that are fixed at a bound, with their estimates without the bound.
+    """Return the sentence on parameters that are fixed at a bound, with their free estimates.
 
-    If the record contradicts a bound, the distance and an instruction follow.
+    If the record contradicts a bound (`advice` is not None), a sentence with the largest distance
+    and an instruction follow. The instruction is to check signs, units and model. If `rest` is not
+    None, long standstill is the likely cause, and the text of this finding replaces the
+    instruction.
     """
     text = "; ".join(_at_bound(each) for each in finding.parameters)
+    # Without advice, the distances beyond the bounds are within chance.
     if finding.advice is None:
         return text
     text = (

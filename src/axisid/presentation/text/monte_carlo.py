@@ -235,8 +235,10 @@ def study_checks(result: SavedMonteCarlo) -> TableBlock:
 
 
 def _always_passes(check: CheckFigures) -> bool:
-    """Return True if the check was evaluated and passed in every run."""
-    return check.passes.count == check.missing.of
+    """Return True if the check was evaluated and passed in every run with a verdict."""
+    # `passes` is a share of the runs with this check; `missing` is a share of all runs.
+    number_of_runs = check.missing.of
+    return check.passes.count == number_of_runs
 
 
 def legend(result: SavedMonteCarlo) -> Paragraph:

@@ -65,6 +65,14 @@ def test_header_in_a_comment_is_found(tmp_path: Path) -> None:
     assert np.array_equal(read_record(file).position, POSITION)
 
 
+def test_row_of_units_in_a_comment_is_no_header(tmp_path: Path) -> None:
+    file = tmp_path / "log.txt"
+    np.savetxt(file, np.column_stack([TIME, POSITION]), header="time position\nms mm")
+    record = read_record(file)
+    assert record.time == pytest.approx(1e-3 * TIME)
+    assert record.position == pytest.approx(1e-3 * POSITION)
+
+
 def test_last_separator_comments_and_columns_of_text_do_not_matter(tmp_path: Path) -> None:
     rows = [f"{t},{float(q)!r},run," for t, q in zip(TIME, POSITION, strict=True)]
     rows[3:3] = ["# trigger", "# marker,0.9995,77,"]  # the second has as many cells as a row
