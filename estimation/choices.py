@@ -154,7 +154,8 @@ CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop
 OUTPUTS: Mapping[str, str] = MappingProxyType(
     {
         CONTROL: "the control of the simulated loop",
-        POSITION: "the position of the simulated loop (most sensitive to an error of the control law)",
+        POSITION: "the position of the simulated loop (most sensitive to an error of the control "
+        "law)",
         FORCE: "the force of the simulated drive",
         OPEN_LOOP: "the position simulated with the recorded control, in windows",
     }
@@ -256,8 +257,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="resample",
-            said="Resample columns with uneven or different times to one even grid of times: at this "
-            "rate in Hz, or with auto at the median rate of the position.",
+            said="Resample columns with uneven or different times to one even grid: at this rate "
+            "in Hz, or with auto at the median rate of the position.",
             example='"auto"',
             option="resample",
             metavar="HZ|auto",
@@ -301,11 +302,12 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="columns",
-            said="Columns by name or number (#3). Roles: time, position, velocity and acceleration "
-            "(measured), reference, control, force, injected (a test signal), and signals that the "
-            "axis declares. UNIT is mm, deg, rpm, ms, mA, ..., or a scaling: in "
-            "inc:counts*360deg/4096/50+0.2deg, inc is the name of a column with encoder counts, "
-            "here 4096 per turn before a gear of 50, and 0.2deg is an offset.",
+            said="Columns by name or number (#3), as NAME or NAME:UNIT. Roles: time, position, "
+            "velocity and acceleration (measured), reference, control, force, injected (a test "
+            "signal), and signals that the axis declares. UNIT is mm, deg, rpm, ms, mA, ..., or a "
+            "scaling. Example: inc:counts*360deg/4096/50+0.2deg. In this example inc is the name "
+            "of the column, counts is the unit of its values (4096 per turn, gear ratio 50), and "
+            "0.2deg is an offset.",
             example='{ time = "t:ms", position = "pos:mm" }',
             option="columns",
             metavar="ROLE=NAME[:UNIT],...",

@@ -414,14 +414,16 @@ class Conclusion:
     failed : tuple of str
         Lines of the verdict with a failed check, in the order of rank.
     decisive : str or None
-        Name of the failed check that decides; None where no check fails, or checks of several lines
-        decide.
+        Name of the failed check that decides: the first grave one, otherwise the first in the order
+        of rank. None where no check fails, or checks of several lines decide.
     is_faulty : bool
         Whether a fault of the program, or of a user's own candidate, prevented the decisive check.
     unchecked : tuple of str
         Lines of the verdict that were not checked and that the headline has to name.
     left_open : tuple of str
         Names of the checks that were not made although the estimates rely on them.
+    finding : Finding or None
+        Finding of the decisive check.
     """
 
     belief: Belief
@@ -431,6 +433,7 @@ class Conclusion:
     is_faulty: bool = False
     unchecked: tuple[str, ...] = ()
     left_open: tuple[str, ...] = ()
+    finding: Finding | None = None
 
 
 def conclusion(checks: Sequence[Check]) -> Conclusion:
@@ -442,8 +445,11 @@ def conclusion(checks: Sequence[Check]) -> Conclusion:
     grave = [i for i, check in enumerate(failed) if kind_of(check.name).grave]
     deciding = failed[: min(grave) + 1] if grave else failed
     first = lines_of(check.name for check in deciding)
-    # Of several checks of one line, one that was made decides.
-    decisive = min(deciding, key=lambda check: check.is_faulty) if len(first) == 1 else None
+    # Of several checks of one line, one that was made decides, and a grave one before others.
+    decisive = None
+    if len(first) == 1:
+        by_gravity = deciding[::-1] if grave else deciding
+        decisive = min(by_gravity, key=lambda check: check.is_faulty)
     # Lines to name because a check was not made. A line with a failed check is named already. A
     # loop that was not simulated is named only if the estimates rely on it.
     skipped = {check.name for check in checks if check.status == "not evaluated"}
@@ -462,6 +468,7 @@ def conclusion(checks: Sequence[Check]) -> Conclusion:
         is_faulty=decisive is not None and decisive.is_faulty,
         unchecked=unchecked,
         left_open=tuple(name for name in KINDS if name in left_open),
+        finding=None if decisive is None else decisive.finding,
     )
 
 

@@ -41,7 +41,8 @@ class ReadyLaw:
     @property
     def title(self) -> str:
         """Name of the law with its words: ``cascade_p_pi, velocity averaged``."""
-        return ", ".join([self.function, *(f"{k} {v}" for k, v in self.words.items())])
+        words = (f"{name.replace('_', ' ')} {value}" for name, value in self.words.items())
+        return ", ".join([self.function, *words])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

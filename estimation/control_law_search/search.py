@@ -139,8 +139,8 @@ class LawSearch(Checked, Presentable):
         fault = ""
         if not self.explained:
             fault = (
-                f"No ready law explains the control: the control error of the best law, {best}, is "
-                f"{error}. The drive may run another law, read signals that the record lacks (a "
+                f"No built-in law explains the control: the control error of the best law, {best}, "
+                f"is {error}. The drive may run another law, read signals that the record lacks (a "
                 "feed-forward, a second sensor), or run faster than the log"
             )
         held = f"the control error of {best} is {error}"
@@ -198,7 +198,7 @@ def find_law(
                 found += along.wound(form, explained.law)
     if not found:
         raise DataError(
-            "no ready law can be replayed along the record. Check the units of its columns.",
+            "no built-in law can be replayed along the record. Check the units of its columns.",
             code="law-search",
         )
     return _ranked(generated, record, found)

@@ -238,11 +238,12 @@ def _check_of(
         finding=finding,
         figure=comparison.largest.standard_errors,
         source="largest difference of a parameter between the two estimates, in standard errors of "
-        "the second. A difference counts where a HAC test of all differences at once (Hausman's "
-        "test with Hotelling's distribution) rejects equality at "
-        f"{100 * levels.level:g} %. The check fails where the difference is also more than "
-        f"{100 * levels.least_share:g} % of the value and larger than the half widths of both 95 % "
-        "intervals",
+        "the second method. The estimates differ significantly if a HAC test of all differences "
+        "at once (Hausman's test with Hotelling's distribution) rejects equality at "
+        f"{100 * levels.level:g} %. A significant difference above the threshold is a note. The "
+        "check fails if the difference is also (1) more than "
+        f"{100 * levels.least_share:g} % of the value and (2) larger than half the width of both "
+        "95 % intervals",
         p_value=comparison.p_value,
     )
 

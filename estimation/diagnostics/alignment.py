@@ -235,11 +235,11 @@ def alignment_check(
         figure=apart,
         p_value=late.p_value if isinstance(late, Misspecification) else None,
         source="estimated delay of the force minus the delay that the hold assumes, in samples. "
-        "The check fails where the search for missing terms finds a delay. Without simulated "
-        "replicas it fails where the estimate is at the end of its range. It then also fails where "
-        "the force acts earlier by more than three standard errors and this changes a parameter by "
-        "more than half the width of its 95 % interval. A force that a drive holds over each "
-        "sample acts half a sample late",
+        "A force that a drive holds over each sample acts half a sample late. With simulated "
+        "replicas, the check fails if the search for missing terms finds a delay. Without them, it "
+        "fails in two cases. (1) The estimate is at the end of its range. (2) The force acts "
+        "earlier by more than three standard errors, and this changes a parameter by more than "
+        "half the width of its 95 % interval",
         finding=ForceDelay(
             delay=delay.best,
             standard_error=delay.deviation,

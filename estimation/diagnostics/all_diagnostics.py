@@ -168,7 +168,8 @@ def _moved_parameters(case: DiagnosticInputs) -> Check | Missing | None:
     lacking = value_or((), lambda: case.lacking)
     if not lacking:
         return None
-    return moved_parameters_check(missing_terms_check(lacking, case), lacking)
+    found = missing_terms_check(lacking, case)
+    return moved_parameters_check(found, lacking, case.data.axis, case.data.record)
 
 
 def _nominal_values(case: DiagnosticInputs) -> Check | None:

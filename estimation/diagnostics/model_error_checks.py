@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.findings import Finding
@@ -97,12 +99,22 @@ class MovedParameter(Finding):
     is_changing : bool
         Whether the parameter itself changes in the course of the record; otherwise a missing term
         changes the estimate.
+    values : (float, float, float) or None
+        Value of the parameter without the missing term, with it, and with all missing terms that
+        were found; None for a parameter that changes in the course of the record.
+    unit : str
+        Unit of the parameter.
+    cause : Finding or None
+        The missing term; None where it is not known.
     """
 
     parameter: str
     percent: float
     most_percent: float
     is_changing: bool
+    values: tuple[float, float, float] | None = None
+    unit: str = ""
+    cause: Finding | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -241,7 +253,10 @@ def missing_terms_check(
 
 
 def moved_parameters_check(
-    found: Check | Missing | None, lacking: Sequence[Misspecification] | Missing
+    found: Check | Missing | None,
+    lacking: Sequence[Misspecification] | Missing,
+    axis: GeneratedAxis,
+    record: Record,
 ) -> Check | None:
     """Return a failed check if a missing term makes the value of a parameter useless.
 
@@ -253,6 +268,8 @@ def moved_parameters_check(
         Check of missing terms.
     lacking : sequence of Misspecification or Missing
         Misspecifications of any kind, or the reason why they are not known.
+    axis : GeneratedAxis
+    record : Record
     """
     if not fails(found) or isinstance(lacking, Missing):
         return None
@@ -261,6 +278,14 @@ def moved_parameters_check(
     worst = max(terms, key=lambda each: each.moved_percent, default=None)
     if worst is None or worst.moved_percent <= most:
         return None
+    name = worst.moved
+    is_changing = worst.parameter == name
+    values: tuple[float, float, float] | None = None
+    last = lacking[-1].parameters
+    if not is_changing and name in worst.parameters and name in last:
+        # A parameter that differs between directions has two values.
+        after, with_all = (float(np.mean(each[name])) for each in (worst.parameters, last))
+        values = (worst.moved_value, after, with_all)
     return Check(
         name="moved parameters",
         status="fail",
@@ -271,10 +296,13 @@ def moved_parameters_check(
         "to which a parameter is identified. A value with a larger error is no property of the "
         "axis",
         finding=MovedParameter(
-            parameter=worst.moved,
+            parameter=name,
             percent=worst.moved_percent,
             most_percent=most,
-            is_changing=worst.parameter == worst.moved,
+            is_changing=is_changing,
+            values=values,
+            unit=next((str(q.unit) for q in axis.parameters if q.name == name), ""),
+            cause=None if is_changing else misspecification_finding(worst, axis, record),
         ),
     )
 
@@ -317,14 +345,29 @@ def misspecification_check(
         figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
-        source="largest unmodelled part of the force in percent of the force (rms), without the "
-        "part that the declared terms explain. The check fails where two conditions are met. The "
-        "first: the unmodelled part is significantly larger in the residual than in the residuals "
-        f"of simulated replicas (Hotelling's test at {100 * levels.level:g} % over all hypotheses, "
-        "by Holm's rule). The second: the unmodelled part is more than "
-        f"{100 * levels.least_share:g} % of the force, or it changes a parameter by more than half "
-        "the width of its 95 % interval",
+        source=_source_of(name, levels),
         finding=_finding_of(own, name, axis, record, bounded=bounded),
+    )
+
+
+#: Subjects of the checks for misspecifications, by name of the check.
+_SUBJECTS = {
+    "missing terms": "a missing term or by a parameter that changes",
+    "recorded signals": "a recorded signal that is late or wrongly scaled",
+    "outliers": "a single measured sample that is an outlier",
+}
+
+
+def _source_of(name: str, levels: Levels) -> str:
+    """Return the definition of the figure of a check for misspecifications, and its conditions."""
+    subject = _SUBJECTS[name]
+    return (
+        f"largest unmodelled force that is caused by {subject}, in percent of the force (rms), "
+        "without the part that the other parameters imitate. The check fails if two conditions are "
+        "met. (1) This force is significantly larger in the residual than in the residuals of "
+        f"simulated replicas (Hotelling's test at {100 * levels.level:g} % over all hypotheses, by "
+        f"Holm's rule). (2) This force is more than {100 * levels.least_share:g} % of the force, "
+        "or it changes a parameter by more than half the width of its 95 % interval"
     )
 
 
@@ -393,9 +436,9 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         figure=finding.percent,
         threshold=100 * MIN_MODEL_SHARE.value,
         source="power of the part that repeats with the reference, in percent of the power of the "
-        "residual, from products of the residuals of different repeats. The part counts where "
-        "noise alone repeats as much with a probability below 1e-3 (HAC over the phases) and where "
-        "it is smooth from row to row",
+        "residual. It is computed from products of the residuals of different repeats. The part "
+        "counts if two conditions are met. (1) The probability that noise alone repeats as much is "
+        "below 1e-3 (HAC over the phases). (2) The part is smooth from row to row",
         finding=finding,
     )
 

@@ -368,11 +368,11 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
     return precision_check(
         max(relative.values()),
         finding,
-        "largest standard error in percent of the value of its parameter: HAC, or i.i.d. where "
-        "that is larger and the parameter acts in few rows. The check fails where a parameter "
-        "exceeds the threshold. The threshold does not apply to a parameter whose part of the "
-        "force, including its standard error, is below 1 %, unless that parameter could have the "
-        "typical magnitude of its unit",
+        "largest standard error in percent of the value of its parameter. The HAC standard error "
+        "is used. For a parameter that acts in few rows, the i.i.d. standard error is used if it "
+        "is larger. The check fails if a parameter exceeds the threshold, unless two conditions "
+        "are met. (1) The part of the force by this parameter, including its standard error, is "
+        "below 1 %. (2) The parameter cannot have the typical magnitude of its unit",
         passed=not unidentified,
     )
 
@@ -512,8 +512,8 @@ def within_bounds(
         status=status_of(not outside),
         figure=float(len(outside)),
         threshold=0.0,
-        source="number of parameters outside or at their declared physical bounds. No estimate is "
-        "clipped to its bounds",
+        source="number of parameters outside their declared physical bounds, or at a bound. The "
+        "check fails above 0. The estimates themselves are not changed to fit their bounds",
         finding=finding,
     )
 

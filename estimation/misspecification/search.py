@@ -81,6 +81,9 @@ class Misspecification:
         changes in the record, the least share of the force is enough.
     moved_percent : float
         Change of this parameter, percent of its value.
+    moved_value : float
+        Value of this parameter without the misspecification and those found before; NaN for no
+        parameter.
     at_the_end : bool
         True if a delay is at the end of its search range, so that the true delay is not known.
     others : tuple of (str, float)
@@ -100,6 +103,7 @@ class Misspecification:
     parameters: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     moved: str = ""
     moved_percent: float = 0.0
+    moved_value: float = math.nan
     at_the_end: bool = False
     others: tuple[tuple[str, float], ...] = ()
 
@@ -216,6 +220,9 @@ def find_misspecification(
             and each.share >= _NEARLY * most.share
         )
         lack = _misspecification_of(scores, found, half_widths, levels)
+        if lacks and lack.moved in lacks[-1].parameters:
+            moved_value = float(np.mean(lacks[-1].parameters[lack.moved]))
+            lack = replace(lack, moved_value=moved_value)
         lacks.append(replace(lack, parameters=with_it, others=others))
         scores = scores.with_columns(found.columns)
     return tuple(lacks)
@@ -431,5 +438,6 @@ def _misspecification_of(
         unit=unit,
         moved=names[most] if percents[most] else "",
         moved_percent=float(percents[most]),
+        moved_value=float(scores.physical[most]) if percents[most] else math.nan,
         at_the_end=found.at_the_end,
     )

@@ -53,6 +53,7 @@ from axisid.support.missing import Missing
 from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
+from axisid.support.settings import setting
 from axisid.support.wording import quoted
 
 # relative difference of a well-known parameter to the neighbouring cut-off, above which no cut-off
@@ -162,9 +163,19 @@ def _advice(chosen: int, count: int) -> str:
 
     Otherwise the text is empty. `chosen` is the index of the cut-off among `count` cut-offs.
     """
-    if chosen in {0, 1, count - 2, count - 1}:
-        return ". Sweep further, because this cut-off is next to an end of the range"
-    return ""
+    ends = []
+    if chosen in {0, 1}:
+        ends.append(("lowest", "lower"))
+    if chosen in {count - 2, count - 1}:
+        ends.append(("highest", "upper"))
+    if not ends:
+        return ""
+    settings = " and ".join(setting(name, "HZ") for name, _ in ends)
+    which = " and the ".join(f"{end} end" for _, end in ends)
+    return (
+        f". Sweep further with {settings}, because this cut-off is at or next to the {which} of "
+        "the range"
+    )
 
 
 def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:

@@ -231,12 +231,12 @@ class StudyFigures(Checked):
             Check.unless(
                 "coverage",
                 narrow,
-                f"No interval covers the true value significantly too rarely {runs}",
+                f"The coverage of no interval is significantly below 95 % {runs}",
             ),
             Check.unless(
                 "width",
                 wide,
-                f"No interval is significantly wider than necessary {runs}",
+                f"The coverage of no interval is significantly above 95 % {runs}",
                 matters=False,
             ),
             Check.unless("bias", biased, f"No bias is significant {runs}"),

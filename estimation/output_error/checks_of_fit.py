@@ -402,7 +402,10 @@ def moved_check(of: OutputFit) -> Check | None:
     None if the check applies to no record.
     """
     found = missing_terms_check(of)
-    checks = [moved_parameters_check(found, lacks) for lacks in of.lacks]
+    checks = [
+        moved_parameters_check(found, lacks, axis, record)
+        for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
+    ]
     return joined(checks, record_labels(of.records))
 
 

@@ -63,8 +63,8 @@ class LoopDataError(DataError):
 def _without_loop() -> str:
     """Return a sentence, after a space, that advises methods without a simulated loop."""
     return (
-        " Otherwise use least squares, which needs no closed loop, or fit the position under the "
-        f"recorded control: {open_loop_fit()}."
+        " Otherwise keep the least-squares estimate, which needs no closed loop, or fit the "
+        f"position under the recorded control: {open_loop_fit()}."
     )
 
 
@@ -78,8 +78,8 @@ def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
     if record.commanded is not None:
         return None
     return LoopDataError(
-        f"{record.provenance.source} has no reference column, but the closed loop is simulated "
-        "with the reference. Name the reference column with "
+        "the simulation of the closed loop needs the reference, and "
+        f"{record.provenance.source} has no reference column. Name the reference column with "
         f"{setting('columns', {'reference': 'NAME'})}.{_without_loop()}",
         code="missing-column",
     )

@@ -169,7 +169,7 @@ _TIME_BASE = (
             said={"sample_period": 2e-3},
             without="reference",
         ),
-        "law.*: not evaluated, the record is sampled every 0.002 s",
+        r"law.*: not evaluated\. The record is sampled every 0\.002 s",
     ),
     Fault(
         name="a period that drifts",

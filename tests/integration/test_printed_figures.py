@@ -39,7 +39,7 @@ def test_the_ladder_on_the_page_is_what_is_printed(root: Path, emps_record: Reco
         assert found >= 0, f"not printed any more:\n{piece}"
         at = found
     richer = compared(quadratic=True, stribeck=0.02)
-    said = re.search(r"held-out error to ([\d.]+) and, at\s+V = 0.02 m/s, ([\d.]+) %", page)
+    said = re.search(r"held-out errors\s+are ([\d.]+) % and, at\s+V = 0.02 m/s, ([\d.]+) %", page)
     for name, value in zip(("quadratic", "stribeck"), said.groups(), strict=True):
         (row,) = (line for line in richer.splitlines() if line.lower().startswith(name))
         assert f"{float(row.split()[3]):.2f}" == value

@@ -407,10 +407,11 @@ def law_check(law: LawAgreement) -> Check:
         figure=law.residual_percent,
         threshold=MAX_LAW_RESIDUAL.value,
         source="residual of the declared law in percent of the recorded control (rms). The "
-        "residual is 0.24 % on the EMPS record. The check also fails where a factor of the law "
-        "differs from 1 by more than 1 % and three standard errors, where a constant exceeds 1 % "
-        "of the control, or a drift 2 %, and three standard errors, where the control is delayed, "
-        "and where the sample period differs from that of the law by more than 0.05 %",
+        "residual is 0.24 % on the EMPS record. The check also fails in these cases. (1) A factor "
+        "of the law differs from 1 by more than 1 % and three standard errors. (2) A constant "
+        "exceeds 1 % of the control and three standard errors. (3) A drift exceeds 2 % of the "
+        "control and three standard errors. (4) The control is delayed. (5) The sample period "
+        "differs from that of the law by more than 0.05 %",
         finding=law.finding,
     )
 

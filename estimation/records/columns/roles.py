@@ -350,7 +350,7 @@ def _missing_notes(
         ("position", "velocity" in chosen, "the position is the integral of the velocity"),
         ("velocity", True, "the velocity is the derivative of the position"),
         ("acceleration", True, "the acceleration is the derivative of the velocity"),
-        ("reference", True, "only least squares is available, without instruments"),
+        ("reference", True, "only least squares is available"),
         ("injected", True, "no test signal is considered"),
     )
     return {

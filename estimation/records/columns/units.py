@@ -445,4 +445,4 @@ def assumed_units_text(
         if label and label[4] and not label[4].isdecimal():
             unit += f" ({label[4]!r} is not a known unit)"
         named.append(f"{role} in {unit}")
-    return f"without units, SI is assumed: {', '.join(named)}"
+    return f"SI where the log has no unit: {', '.join(named)}"

@@ -73,7 +73,8 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     "--ladder",
     metavar="AXIS",
     shell_complete=complete_axis,
-    help="Candidates: this declaration with a series of friction laws, each with more terms.",
+    help="Candidates: this declaration with a series of friction laws, each with more terms than "
+    "the law before.",
 )
 @click.option(
     "--quadratic",

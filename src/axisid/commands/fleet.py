@@ -57,8 +57,8 @@ from axisid.support.errors import EstimationError
     "--time-limit",
     type=click.FloatRange(0.0, min_open=True),
     metavar="S",
-    help="Time limit for one log, s. A log that takes longer fails. The fleet continues with the next "
-    "log.  [default: none]",
+    help="Time limit for one log, s. A log that takes longer fails. The fleet continues with the "
+    "next log.  [default: none]",
 )
 @click.option(
     "--resume",

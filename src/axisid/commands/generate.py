@@ -41,7 +41,8 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
     """Write the generated code of AXES. Without AXES: of all axes of the library.
 
     AXES are axes of the library, or TOML or Python files that declare an axis. Each axis gets a
-    folder with its CasADi functions, its equations and a manifest (a list of these files).
+    folder with its CasADi functions, its equations and a manifest. The manifest lists the
+    parameters with their units, the functions, and digests of the files.
     """
     declared = [stages.load_axis(name) for name in axes or stages.LIBRARY]
     for name, axis in zip(axes, declared, strict=False):

@@ -42,7 +42,8 @@ def law(
     Without a RECORD, a simulated record of the axis (its twin) is used.
 
     The gains and the delay of each built-in law are estimated from half of the rows. The laws are
-    compared by their residual on the other half of the rows. A control law that AXIS declares is ignored.
+    compared by their residual on the other half of the rows. A control law that AXIS declares is
+    ignored.
     """
     logs = () if record is None else (record,)
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)

@@ -32,8 +32,8 @@ from axisid.support.errors import ModelError, UsageError
     metavar="LOG",
     shell_complete=complete_file,
     help="Do not write a declaration. Write a run.toml (or NAME.toml) into the folder of this log. "
-    "The run.toml describes the log with the columns and units found in the log. In other commands, "
-    "name the run.toml instead of the log.",
+    "The run.toml describes the log with the columns and units found in the log. In other "
+    "commands, name the run.toml instead of the log.",
 )
 def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
     """Write a first declaration of an axis with comments: NAME.toml or NAME.py in this folder.

@@ -40,8 +40,7 @@ from axisid.commands.options import (
     default=1,
     show_default=True,
     metavar="N",
-    help="Number of processes for the twins of --runs. The results do not depend on this "
-    "number.",
+    help="Number of processes for the twins of --runs. The results do not depend on this number.",
 )
 @force_option
 def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:

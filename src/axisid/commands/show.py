@@ -23,8 +23,8 @@ def show(axis: str, form: str) -> None:
     """Print the declaration of AXIS and the models derived from it.
 
     The output has the equation of motion, the inverse and the direct dynamic model with their
-    regressors, the map between the parameters of both models, the identifiable parameters, the drive, the
-    control law and the columns.
+    regressors, the map between the parameters of both models, the identifiable parameters, the
+    drive, the control law and the columns.
     """
     with progress_line(f"deriving {axis}"):
         model = stages.derive(stages.load_axis(axis))

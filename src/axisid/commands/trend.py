@@ -25,8 +25,8 @@ from axisid.commands.options import (
 @click.option(
     "--by",
     metavar="CONDITION",
-    help="Order the results by this column of the manifest of a fleet. The column must have numbers "
-    "or dates.  [default: the order of RESULTS]",
+    help="Order the results by this column of the manifest of a fleet. The column must have "
+    "numbers or dates.  [default: the order of RESULTS]",
 )
 @click.option(
     "--method",
@@ -60,8 +60,8 @@ def trend(
 ) -> None:
     """Show the trend of the parameters of axes over RESULTS, and report changes.
 
-    RESULTS are files that `axisid identify --json` or `axisid fit --json` wrote, and folders of such
-    files, for instance of `axisid fleet`.
+    RESULTS are files that `axisid identify --json` or `axisid fit --json` wrote, and folders of
+    such files, for instance of `axisid fleet`.
 
     Results with the same axis and serial number form a series. Each series has a control chart for
     every parameter. The limits of the chart come from the standard errors of the results and from

@@ -157,10 +157,10 @@ def twin(
 ) -> None:
     """Write the simulated log of a machine like AXIS (its twin), or the logs of many such machines.
 
-    A twin has known true values of the parameters. It makes the motion that the axis declares as
-    its experiment, or the motion of --speed. `axisid identify` reads the log of a twin without
-    further options. The noise is drawn as by `axisid study`. No seed gives the noise of the twin
-    that `axisid identify AXIS` simulates if it gets no log.
+    A twin is simulated with known true values of the parameters, and with the motion that the axis
+    declares as its experiment or the motion of --speed. `axisid identify` reads the log of a twin
+    without further options. The noise is drawn as by `axisid study`. No seed gives the noise of the
+    twin that `axisid identify AXIS` simulates if it gets no log.
 
     With --count or --days, the folder of --output also gets a manifest: a table of the logs with
     the true values of every machine. `axisid fleet` reads this manifest.

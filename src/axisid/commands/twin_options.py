@@ -30,8 +30,8 @@ NOISE = {
     ),
     "--control-noise": (
         "control",
-        "Standard deviation of the noise of the recorded control, in the unit of the control (V, A, "
-        "...).  [default: 0]",
+        "Standard deviation of the noise of the recorded control, in the unit of the control (V, "
+        "A, ...).  [default: 0]",
     ),
     "--disturbance": (
         "disturbance",
@@ -56,7 +56,9 @@ def noise_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of `NOISE`; a command takes each as ``noise_`` plus the argument's name."""
     for name, (argument, text) in reversed(NOISE.items()):
         is_declared = argument in ("position", "resolution")
-        default = "  [default: the value that the axis declares in its experiment]" if is_declared else ""
+        default = (
+            "  [default: the value that the axis declares in its experiment]" if is_declared else ""
+        )
         add = click.option(name, f"noise_{argument}", type=float, metavar="X", help=text + default)
         command = add(command)
     return command

@@ -260,6 +260,10 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
         title=f"{group.axis}, {_logs(len(group.rows))}"
         + f" of {group.machines} machines" * (of == "machines")
         + f", {group.untold} without a serial number not compared" * bool(group.untold),
+        said=(
+            "typical value: robust centre of the values, or their median if the scatter is not "
+            "estimated. standard error: median of the standard errors of the results.",
+        ),
     )
     if isinstance(group.usual, Missing):
         reason = f"{group.axis}: {group.usual.reason}. No sd between {of} is estimated."
@@ -385,7 +389,7 @@ class Fleet(Checked, Shown):
             facts={
                 "logs": _counted((statuses[row.status] for row in self), statuses.values()),
                 "verdicts": _counted(headlines, _HEADLINES.values()),
-                "results": self.folder,
+                "folder": self.folder,
                 "CPU time": f"{np.mean(spent):.2g} s per log" if spent else "",
             },
         )

@@ -416,7 +416,7 @@ def trend(
         Method whose estimates are used; by default the method that the verdict of each result
         judges. The method of a fit is ``fit:`` plus the fitted outputs, such as ``fit:control``.
     count_failing : bool
-        True if results with a failed verdict are used for limits and changes too.
+        True if results with a failed check are used for limits and changes too.
 
     Returns
     -------

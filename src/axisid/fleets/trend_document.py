@@ -94,7 +94,7 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
         failing = sum(bool(point.failing) for point in each.points)
         rows.append((each.title, str(len(each.points)), *changes, str(failing or "")))
     overview = text_table(
-        ("series", "results", "steps", "drifts", "beyond limits", "failed verdicts"), rows
+        ("series", "results", "steps", "drifts", "beyond limits", "with failed checks"), rows
     )
     tables = [overview] if len(shown) > 1 else []
     return heading, *tables, *blocks, *end

@@ -473,7 +473,7 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
         f'<section class="verdict" id="verdict"><h2>{headline}</h2>'
         f'<div class="tally" aria-hidden="true">{bars}</div>{_tally_legend(ordered)}'
         f"{checks_html(verdict_block(checks).judged)}"
-        "<details><summary>All checks with figure and threshold</summary>"
+        "<details><summary>All checks with value and threshold</summary>"
         f'<div class="scroll">{table_html(table)}</div>'
         f'</details><p class="note">Checks apply to {escape(judged)}.</p></section>'
     )

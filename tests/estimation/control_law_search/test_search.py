@@ -149,7 +149,7 @@ def test_a_law_that_is_none_of_them_is_said_to_be_none() -> None:
     axis = replace(_axis("impedance").axis, control=other)
     found = find_law(axis, twin_record(axis))
     assert not found.explained
-    assert "No ready law explains the control" in found.summary()
+    assert "No built-in law explains the control" in found.summary()
     assert found.belief == "not believed"
 
 

@@ -48,6 +48,8 @@ def test_the_headline_names_the_serious_failure_and_what_comes_before_it() -> No
     assert (found.first, found.decisive) == (("precision",), "bounds")
     found = conclusion([ended("precision", "fail"), ended("rows", "fail")])
     assert (found.first, found.decisive) == (("precision",), "precision")
+    found = conclusion([ended("missing terms", "fail"), ended("moved parameters", "fail")])
+    assert (found.first, found.decisive) == (("model",), "moved parameters")
 
 
 def test_a_fault_that_decides_is_no_reason_against_the_numbers() -> None:

@@ -170,8 +170,8 @@ def test_an_axis_with_other_fixed_values_is_refused(tmp_path: Path) -> None:
     file = result.save(tmp_path / "result.json")
     for other, said in (
         (fix(axis, m=0.25), r"m fixed at 0\.24 \+- 0\.001, but .* fixed at 0\.25"),
-        (fix(axis, m=(0.24, 0.002)), r"fixed at 0\.24 \+- 0\.002;"),
-        (fix(axis, l=0.5), r"with l free, but .* fixed at 0\.5;"),
+        (fix(axis, m=(0.24, 0.002)), r"fixed at 0\.24 \+- 0\.002\."),
+        (fix(axis, l=0.5), r"with l free, but .* fixed at 0\.5\."),
     ):
         with refuses("result-file", says=said):
             load_result(file, other)

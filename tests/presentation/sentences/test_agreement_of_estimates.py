@@ -22,7 +22,7 @@ from axisid.support.settings import setting
 MASS = ParameterDifference(
     name="M", difference=-0.45, unit="kg", percent=-0.47, standard_errors=2.7
 )
-NUMBERS = ["-0.45 kg for M", "-0.47 %", "2.7 standard errors"]
+NUMBERS = ["-0.45 kg for M", "-0.47 %", "2.7 standard errors of "]
 APART = EstimateComparison(
     first="idm-iv", second="didim", differences=(MASS,), largest=MASS, p_value=1e-4, is_large=True
 )
@@ -58,13 +58,13 @@ COLUMN = WeakestInstrument(column="J", conditional_f=3.2, least_f=10.0, is_stron
         ),
         (
             replace(against_didim("didim", law_passed=True), comparison=NEAR),
-            ["IDM-IV and DIDIM agree", "2.7 standard errors (M)"],
+            ["IDM-IV and DIDIM agree", "2.7 standard errors (M; "],
         ),
         (LeastSquaresAgainstInstruments(comparison=APART), [*NUMBERS, "noise"]),
-        (LeastSquaresAgainstInstruments(comparison=NEAR), ["agree", "2.7 standard errors (M)"]),
+        (LeastSquaresAgainstInstruments(comparison=NEAR), ["agree", "2.7 standard errors (M; "]),
         (DirectAgainstInverse(comparison=APART), [*NUMBERS, setting("output", "open-loop")]),
         (DirectAgainstInverse(comparison=replace(APART, is_large=False)), [*NUMBERS, "inertia"]),
-        (DirectAgainstInverse(comparison=NEAR), ["agree", "2.7 standard errors (M)"]),
+        (DirectAgainstInverse(comparison=NEAR), ["agree", "2.7 standard errors (M; "]),
         (NOISE, ["M by about -1.2 kg", "4 standard errors", setting("methods", "idm-iv")]),
         (replace(NOISE, instruments=""), ["M by about -1.2 kg", "by instruments"]),
         (replace(NOISE, biases=(), largest=0.2), ["IDM-LS", "0.2 standard errors", "0.5"]),

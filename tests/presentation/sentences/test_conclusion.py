@@ -2,6 +2,8 @@
 
 import pytest
 
+from axisid.estimation.diagnostics import MovedParameter
+from axisid.estimation.findings import Finding, FindingOfRecords, ReadFinding
 from axisid.estimation.verdict_checks import KINDS, Conclusion
 from axisid.presentation.sentences import conclusion_text
 
@@ -67,6 +69,31 @@ def test_a_headline_has_the_belief_then_the_reason(
     text = conclusion_text(conclusion)
     assert [part for part in parts if part not in text] == []
     assert text.endswith(".")
+
+
+MOVED = MovedParameter(parameter="Fv", percent=50.0, most_percent=30.0, is_changing=False)
+READ = {"kind": "MovedParameter", "parameter": "Fv", "percent": 50.0, "is_changing": False}
+
+
+@pytest.mark.parametrize(
+    "finding",
+    [
+        MOVED,
+        FindingOfRecords(finding=MOVED, records=("a",), others=(), fails=True),
+        ReadFinding(text="", data=READ),
+        ReadFinding(text="", data={"kind": "FindingOfRecords", "finding": READ}),
+    ],
+)
+def test_a_parameter_that_changes_too_much_is_named(finding: Finding) -> None:
+    line = KINDS["moved parameters"].line
+    found = Conclusion(
+        belief="not believed",
+        first=(line,),
+        failed=(line,),
+        decisive="moved parameters",
+        finding=finding,
+    )
+    assert "changes Fv by 50 % of its value" in conclusion_text(found)
 
 
 @pytest.mark.parametrize("name", [name for name, kind in KINDS.items() if kind.grave])

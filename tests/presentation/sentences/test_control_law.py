@@ -78,7 +78,7 @@ def moved_zero(control: float | None, *, exceeds_limit: bool = False) -> MovedZe
         ),
         (
             FoundByReading(reading="even times", finding=gains((KP,))),
-            ["at even times", "kp is 0.8 times"],
+            ["at even times", "kp is 160 instead of 200 (0.8 times"],
         ),
         (
             OtherPeriod(period=2e-3, law_period=1e-3, kept=2, is_given=False),
@@ -114,16 +114,23 @@ def moved_zero(control: float | None, *, exceeds_limit: bool = False) -> MovedZe
         ),
         (
             gains((KP, KV), has_right_gains=False, injected_differs=True),
-            ["kp is 0.8", "and kv is 0.9", "Declare these gains", "size of the test signal"],
+            [
+                "kp is ",
+                "0.8 times",
+                "and kv is ",
+                "0.9 times",
+                "Declare these gains",
+                "size of the test signal",
+            ],
         ),
         (gains((KP,), (KV,), is_large=False), ["except for a factor", "; or kv", "does not show"]),
         (
             gains((KP,), scale=ControlScale(times=0.8, units=None)),
-            ["recorded 0.8 times as large", "The law alone", "check the unit and the scaling"],
+            ["control is 0.8 times the true", "The law alone", "check the unit and the scaling"],
         ),
         (
             gains((KP,), scale=ControlScale(times=-1.0, units=None)),
-            ["its sign is opposite", "check the sign"],
+            ["the sign of the recorded control is opposite", "check the sign"],
         ),
         (
             OtherScale(

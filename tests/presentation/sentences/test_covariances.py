@@ -6,6 +6,7 @@ from axisid.estimation.regression import CovarianceNote
 from axisid.presentation.sentences import (
     covariance_in_short,
     covariance_text,
+    iid_text,
     shared_covariance_text,
 )
 
@@ -39,10 +40,17 @@ def test_every_number_and_reason_is_in_the_text(note: CovarianceNote, parts: lis
 def test_methods_share_a_text_with_the_lags_of_each_and_their_own_replicas() -> None:
     other = CovarianceNote(kind="hac", lags=12, lag_rule="given", no_replicas="no loop")
     text = shared_covariance_text({"idm-iv": replicas(32, "noise"), "idm-ls": other})
-    assert "9, 12 lags" in text
-    assert "32 simulated replicas of the record with noise (IDM-IV)" in text
-    assert "no loop (IDM-LS)" in text
-    assert shared_covariance_text({"idm-iv": HAC, "didim": HAC}) == covariance_text(HAC)
+    assert "9 lags (as given) for IDM-IV, 12 lags (as given) for IDM-LS" in text
+    assert "IDM-IV: the standard errors are calibrated with 32 simulated replicas" in text
+    assert "have this noise: noise" in text
+    assert "IDM-LS: the standard errors are not calibrated" in text
+    assert "no loop" in text
+    assert "IDM-IV" not in shared_covariance_text({"idm-iv": HAC, "didim": HAC})
+
+
+def test_the_iid_text_has_the_degrees_of_freedom() -> None:
+    assert "n - 1 = 41" in iid_text(CovarianceNote(kind="published", degrees=41))
+    assert "as in the file" in iid_text(CovarianceNote(kind="other", label="as in the file"))
 
 
 def test_in_short_there_are_replicas_or_why_there_are_none() -> None:

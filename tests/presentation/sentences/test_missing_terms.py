@@ -94,7 +94,8 @@ def test_the_element_that_a_missing_term_names_is_declared(
 def test_a_missing_term_has_its_size_and_its_share(kind: str) -> None:
     finding = _missing(kind)
     text = sentence(finding)
-    assert "6.9 % of the force; the declared terms cannot explain 3.2 %. " in text
+    assert "is 6.9 % of the force (rms). " in text
+    assert "and 3.2 % of the force remains unexplained. " in text
     assert (f"+2.5 +- 0.1 {finding.unit}" in text) is bool(finding.unit)
     assert "{" not in text
     assert text[:1].islower() or kind == "coulomb"
@@ -132,7 +133,7 @@ def test_an_element_that_is_declared_asks_for_other_numbers() -> None:
 def test_other_terms_are_named_with_their_own_numbers() -> None:
     others = (CandidateTerm(kind="place", at=0.2), CandidateTerm(kind="dead band"))
     text = sentence(replace(_missing(), others=others))
-    assert "cogging(a, b, x, period=0.2)" in text
+    assert "alternative to a constant force, add cogging(a, b, x, period=0.2)" in text
     assert "deadband" not in text
 
 
@@ -183,8 +184,9 @@ def test_a_parameter_that_changes_has_its_change(
 def test_missing_terms_are_said_one_after_another(may_be_long_delay: bool) -> None:
     found = (_missing(), _changed("drift"))
     text = sentence(MissingTerms(found=found, may_be_long_delay=may_be_long_delay))
-    assert text.startswith("a constant force")
-    assert ". The parameter Fc drifts" in text
+    assert text.startswith("2 errors of the model")
+    assert "(1) A constant force" in text
+    assert "(2) The parameter Fc drifts" in text
     assert ("declared too long" in text) is may_be_long_delay
     assert sentence(MissingTerms(found=()))
 
@@ -198,6 +200,21 @@ def test_a_moved_parameter_has_its_change_and_the_threshold(is_changing: bool) -
     assert "Fv" in text
     assert "42 % of its value" in text
     assert "30 %" in text
+
+
+def test_a_moved_parameter_has_the_missing_term_and_its_values() -> None:
+    finding = MovedParameter(
+        parameter="Fv",
+        percent=50.0,
+        most_percent=30.0,
+        is_changing=False,
+        values=(412.0, 207.0, 186.0),
+        unit="N/(m/s)",
+        cause=_missing("coulomb"),
+    )
+    text = sentence(finding)
+    for part in ("Coulomb friction", "from 412 to 207 N/(m/s)", "186 N/(m/s)", "Do not use Fv"):
+        assert part in text
 
 
 @pytest.mark.parametrize("make", [_missing, lambda: _changed("drift")])

@@ -33,7 +33,7 @@ def test_emps_fits_on_a_screen(run: Run, emps_file: Path, tmp_path: Path) -> Non
 def test_values_are_the_centres_of_their_intervals_and_the_others_are_told_where(
     result: Identification,
 ) -> None:
-    assert "For all methods: summary(every=True)." in " ".join(result.summary().split())
+    assert "Call summary(every=True) to print all" in " ".join(result.summary().split())
     (row,) = re.findall(r"(?m)^M +kg +(\S+) +\S+ +(\S+) to (\S+)", result.summary())
     value, low, high = map(float, row)
     assert value == pytest.approx((low + high) / 2, abs=1e-3)

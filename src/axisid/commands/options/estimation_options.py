@@ -33,8 +33,8 @@ Value = TypeVar("Value")
 #: Arguments of `click.option` for ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
     "help": "Number of simulated replicas of the records, which give the bias and the standard "
-    "errors. The noise of the replicas is like the noise that was found in the records. 0 for none, "
-    "otherwise at least 8.",
+    "errors. The replicas have the noise that was found in the records. 0 for none, otherwise at "
+    "least 8.",
     "default": 32,
     "type": click.IntRange(0, 100_000),
     "metavar": "N",
@@ -59,9 +59,10 @@ method_option = click.option(
     default=("all",),
     callback=reading(one_or_all),
     help="Estimator. idm: inverse dynamic model. ddm: direct dynamic model. ls: least squares. iv: "
-    "instrumental variables. didim: output error of the force; it simulates the closed loop and "
-    "needs the exact control law. all: every method that is possible with this axis and record; if "
-    "a method is not possible, the output gives the reason. Can be repeated.  [default: all]",
+    "instrumental variables. didim: output error of the force; this method simulates the closed "
+    "loop and needs the exact control law. all: every method that is possible with this axis and "
+    "record; if a method is not possible, the output gives the reason. Can be repeated.  [default: "
+    "all]",
 )
 bounded_option = click.option(
     "--bounded",
@@ -230,8 +231,8 @@ class Fitting(Options):
     )
     start: str = option(
         "Start of the search. instruments: estimate by instrumental variables; least-squares: "
-        "estimate by least squares; nominal: nominal values. The nominal values are used instead of "
-        "an estimate if the residual of the nominal values is smaller.",
+        "estimate by least squares; nominal: nominal values. The nominal values are used instead "
+        "of an estimate if the residual of the nominal values is smaller.",
         FIT_STARTS[0],
         type=click.Choice(FIT_STARTS),
     )

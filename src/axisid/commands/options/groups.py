@@ -135,7 +135,7 @@ _PARAGRAPHS = {
 
 
 #: Option of the command line by the argument in Python, where the two names differ.
-_OTHER_NAMES = {"methods": "method", "windows": "window"}
+_OTHER_NAMES = {"methods": "method", "windows": "window", "lowest": "from", "highest": "to"}
 
 
 class Command(click.Command):

@@ -161,6 +161,17 @@ class CheckGroup:
     names: tuple[str, ...]
     meaning: str = ""
 
+    @property
+    def statement(self) -> str:
+        """Return the meaning without a full stop; checks that were not evaluated say so first."""
+        text = self.meaning.removesuffix(".")
+        if self.status != "not evaluated":
+            return text
+        # The name of a file keeps its first letter.
+        word = text.split(maxsplit=1)[0] if text.strip() else ""
+        start = text[:1].upper() if word.isalpha() else text[:1]
+        return f"not evaluated. {start}{text[1:]}"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checks:

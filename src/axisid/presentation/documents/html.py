@@ -190,8 +190,7 @@ def _judged(judged: CheckGroup) -> str:
     """Return a group of checks as an item of an HTML list, with its sign."""
     names = escape(", ".join(judged.names))
     if judged.meaning:
-        lead = "not evaluated: " if judged.status == "not evaluated" else ""
-        names = f"<b>{names[:1].upper()}{names[1:]}:</b> {prose_html(lead + judged.meaning)}"
+        names = f"<b>{names[:1].upper()}{names[1:]}:</b> {prose_html(judged.statement)}"
     return f"<li>{sign_html(judged.status)} <span>{names}</span></li>"
 
 

@@ -195,8 +195,7 @@ def _judged(judged: CheckGroup) -> Sentence:
     head, names = _STATUS_HEADS[judged.status], ", ".join(judged.names)
     lead, text = head, names
     if judged.meaning:
-        prefix = "not evaluated, " if judged.status == "not evaluated" else ""
-        meaning = f" {prefix}{judged.meaning.removesuffix('.')}."
+        meaning = f" {judged.statement}."
         if judged.status == "fail":  # the lead is highlighted
             lead, text = f"{head}{names}:", meaning
         else:

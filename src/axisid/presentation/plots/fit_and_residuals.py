@@ -166,9 +166,7 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
     errors = [i.simulation_error_percent for i in estimate.iterates]
     return Plot(
         name="convergence",
-        title="Convergence of the output error"
-        if estimate.by_output_error
-        else TITLES["convergence"],
+        title="Convergence of DIDIM" if estimate.by_output_error else TITLES["convergence"],
         caption=f"{estimate.method.upper()} starts from "
         f"{starts.get(estimate.started, 'its start')} (iteration 0) and converges in "
         f"{len(steps) - 1} iterations. The upper panel shows the distance of each parameter from "
@@ -238,10 +236,11 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     return Plot(
         name="friction",
         title=TITLES["friction"],
-        caption="Recorded force minus those terms of the model that do not depend on the velocity, "
-        f"by {estimate.method.upper()}: rows, mean and standard deviation in bins of velocity, and "
-        "the fitted law. Neighbouring bins that deviate from the law in the same direction show "
-        f"friction that the law does not contain.{skipped}",
+        caption="Friction is the recorded force minus those terms of the model that do not depend "
+        f"on the velocity ({estimate.method.upper()} estimate). Points: friction in each row. "
+        "Points with bars: mean and standard deviation in bins of velocity. Line: fitted friction "
+        "law. If neighbouring bins deviate from the line in the same direction, the law lacks a "
+        f"friction term.{skipped}",
         x_label=labelled("velocity", f"{q.unit}/s"),
         panels=(
             Panel(
@@ -294,7 +293,8 @@ def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) ->
         name="repeats",
         title=TITLES["repeats"],
         caption=f"{estimate.method.upper()}: mean residual over up to {found.times} repeats, "
-        f"minus the residual of the filter, at each phase of {period}. The band contains 95 % of "
+        f"minus the residual that the filter alone causes, at each phase of {period}. The band "
+        "contains 95 % of "
         f"the means for noise of {noise} (rms) alone. The part outside the band is model error: "
         f"{100 * max(found.share, 0.0):.0f} % of the power of the residual.",
         x_label="time [s]",

@@ -185,8 +185,8 @@ def _record_caption(result: Identification) -> str:
         source = "recorded"
     sentences = (
         f"{len(record)} unfiltered samples of {1e3 * record.period:.6g} ms. Force: {source}.",
-        f"Shaded: {unused} samples without weight in the fit. Rows that contain such samples keep "
-        "the weight of their other samples."
+        f"Shaded: {unused} samples without weight in the fit. A row combines several samples; "
+        "samples without weight do not count in it."
         if unused
         else "",
         f"The rest of the log is also shaded; only {windows_text(record.windows)} is used."

@@ -41,7 +41,7 @@ from .record import (
 
 
 class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):
-    """A ready law with the gains that fit the control best."""
+    """A built-in law with the gains that fit the control best."""
 
     law: Annotated[str, about("Name in `axisid.control` and in TOML.")]
     words: Annotated[Mapping[str, str], about("Arguments that are not numbers.")]

@@ -23,6 +23,7 @@ from .conclusion import conclusion_text as conclusion_text
 from .covariances import (
     covariance_in_short as covariance_in_short,
     covariance_text as covariance_text,
+    iid_text as iid_text,
     shared_covariance_text as shared_covariance_text,
 )
 from .dispatch import sentence as sentence

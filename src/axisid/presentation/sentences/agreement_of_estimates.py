@@ -170,7 +170,8 @@ def _agreement(comparison: EstimateComparison) -> str:
     largest = comparison.largest
     return (
         f"{comparison.first.upper()} and {comparison.second.upper()} agree within chance: the "
-        f"largest difference is {largest.standard_errors:.2g} standard errors ({largest.name})"
+        f"largest difference is {largest.standard_errors:.2g} standard errors ({largest.name}; "
+        f"standard errors of {comparison.second.upper()})"
     )
 
 
@@ -180,19 +181,24 @@ def _disagreement(comparison: EstimateComparison, cause: str = "") -> str:
     `cause` is a phrase that follows "disagree"; empty for none.
     """
     first, second = comparison.first.upper(), comparison.second.upper()
-    differences = [_difference(each) for each in comparison.differences]
-    return f"{first} and {second} disagree{cause}: {first} minus {second} is {listed(differences)}"
+    differences = [_difference(each, second) for each in comparison.differences]
+    return (
+        f"{first} and {second} disagree{cause}. After their known bias is subtracted, {first} "
+        f"minus {second} is {listed(differences)}"
+    )
 
 
-def _difference(difference: ParameterDifference) -> str:
+def _difference(difference: ParameterDifference, second: str) -> str:
     """Return the difference of one parameter between two estimates, absolute and relative.
 
-    The relative difference is omitted if its percentage is None.
+    The relative difference is omitted if its percentage is None. `second` is the name of the method
+    whose standard errors are used.
     """
     percent = "" if difference.percent is None else f"{difference.percent:+.2g} %, "
     size = f"{difference.difference:+.2g} {difference.unit}".rstrip()
     return (
-        f"{size} for {difference.name} ({percent}{difference.standard_errors:.2g} standard errors)"
+        f"{size} for {difference.name} ({percent}{difference.standard_errors:.2g} standard errors "
+        f"of {second})"
     )
 
 

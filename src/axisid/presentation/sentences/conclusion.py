@@ -1,5 +1,7 @@
 """The headline of a verdict: the conclusion on the use of the numbers, then its reason."""
 
+from axisid.estimation.diagnostics import MovedParameter
+from axisid.estimation.findings import Finding, FindingOfRecords, ReadFinding
 from axisid.estimation.verdict_checks import Conclusion
 
 from .words import listed
@@ -24,7 +26,7 @@ _REASONS = {
     "missing terms": "the model leaves part of the force unexplained",
     "fixed values": "the record contradicts the fixed values",
     "what was known": "the record contradicts a prior value",
-    "moved parameters": "missing terms of the model change a parameter too much",
+    "moved parameters": "an error of the model changes a parameter too much",
     "outliers": "the record has outliers",
     "parameters shown": "the record does not determine every parameter",
     "bounds": "a parameter contradicts its declared bounds",
@@ -101,7 +103,29 @@ def _reason(conclusion: Conclusion) -> str:
         return f"the checks of {listed(conclusion.failed)} failed"
     if conclusion.is_faulty:
         return f"the check {name!r} could not be made because of a fault"
+    if name == "moved parameters" and (reason := _moved_reason(conclusion.finding)):
+        return reason
     return _REASONS.get(name, f"the check {name!r} failed")
+
+
+def _moved_reason(finding: Finding | None) -> str:
+    """Return the parameter that changes too much, and its change; empty if it is not known."""
+    if isinstance(finding, FindingOfRecords):
+        finding = finding.finding
+    if isinstance(finding, MovedParameter):
+        name, percent, is_changing = finding.parameter, finding.percent, finding.is_changing
+    elif isinstance(finding, ReadFinding):
+        data = finding.data
+        if data.get("kind") == FindingOfRecords.__name__:
+            data = data["finding"]
+        if data.get("kind") != MovedParameter.__name__:
+            return ""
+        name, percent, is_changing = data["parameter"], data["percent"], data["is_changing"]
+    else:
+        return ""
+    if is_changing:
+        return f"{name} changes by {percent:.2g} % of its value in the record"
+    return f"a missing term of the model changes {name} by {percent:.2g} % of its value"
 
 
 def _subject(line: str) -> str:

@@ -185,27 +185,49 @@ def other_gains(finding: OtherGains) -> str:
 
     Alternatives are other sets of gains, and a factor of the recorded control.
     """
+    if finding.scale is not None:
+        return _gains_or_scale(finding, finding.scale)
     alternatives = [_gains_text(gains) for gains in finding.alternatives]
-    either = "either " if finding.scale is not None else ""
-    text = f"{_differs(finding)}: {either}{'; or '.join(alternatives)}"
     is_single = len(finding.alternatives) == 1
-    if is_single and finding.has_right_gains:
-        text += ", and every other gain is right"
-    if finding.scale is not None:
-        text += f"; or {_scale_text(finding.scale)}. The law alone does not show which is right"
-    elif not is_single:
-        text += ". The record does not show which is right"
-    if not is_single:
-        text += ". Declare the gains of the drive"
-    elif len(finding.alternatives[0]) == 1:
-        text += ". Declare that gain"
+    if is_single:
+        text = f"{_differs(finding)}: {alternatives[0]}"
+        if finding.has_right_gains:
+            text += ", and every other gain is right"
+        text += f". {capitalised(_declare_gains(finding))}"
     else:
-        text += ". Declare these gains"
-    if finding.scale is not None:
-        text += f", or {_check_scale(finding.scale)}"
+        text = (
+            f"{_differs(finding)}. There are {len(alternatives)} possible causes: "
+            f"{'; or '.join(alternatives)}. The record does not show which is right. "
+            f"{capitalised(_declare_gains(finding))}"
+        )
     if finding.injected_differs:
         text += f". {_CHECK_INJECTED_SIZE}"
     return text
+
+
+def _gains_or_scale(finding: OtherGains, scale: ControlScale) -> str:
+    """Return other gains, or a factor of the recorded control, as the two possible causes."""
+    gains = "; or ".join(_gains_text(each) for each in finding.alternatives)
+    if len(finding.alternatives) == 1 and finding.has_right_gains:
+        gains += ", and every other gain is right"
+    text = (
+        f"{_differs(finding)}. There are two possible causes. Either {gains}. Or "
+        f"{_scale_text(scale)}. The law alone does not show which is right. In the first case, "
+        f"{_declare_gains(finding)}. In the second case, {_check_scale(scale)}"
+    )
+    if finding.injected_differs:
+        text += f". {_CHECK_INJECTED_SIZE}"
+    return text
+
+
+def _declare_gains(finding: OtherGains) -> str:
+    """Return the instruction to declare the gains that explain the control.
+
+    It begins with a small letter.
+    """
+    if len(finding.alternatives) > 1:
+        return "declare the gains of the drive"
+    return "declare that gain" if len(finding.alternatives[0]) == 1 else "declare these gains"
 
 
 @sentence.register
@@ -234,7 +256,7 @@ def unexplained_control(finding: UnexplainedControl) -> str:
         f"{_differs(finding)}: no change of its gains explains the difference. Check how the drive "
         "computes the velocity, its feed-forward, filters, limits and anti-windup, the period and "
         "the noise. Run axisid law (in Python: estimation.find_law) to find out whether the "
-        "control follows another ready law"
+        "control follows another built-in law"
     )
     if not finding.may_be_injected:
         return text
@@ -451,8 +473,8 @@ def _gains_text(gains: Sequence[OtherGain]) -> str:
     """Return the gains that differ from the declared ones, each with its factor."""
     return listed(
         [
-            f"{gain.name} is {gain.times:.4g} times the declared gain ({gain.value:.5g} instead of "
-            f"{gain.declared:.5g})"
+            f"{gain.name} is {gain.value:.5g} instead of {gain.declared:.5g} ({gain.times:.4g} "
+            "times the declared gain)"
             for gain in gains
         ]
     )
@@ -466,13 +488,13 @@ def _values_text(gains: Mapping[str, float]) -> str:
 def _scale_text(scale: ControlScale) -> str:
     """Return the factor, or the wrong sign, with which the control is recorded."""
     if scale.times < 0:
-        return "its sign is opposite to the law's"
+        return "the sign of the recorded control is opposite to that of the law"
     units = ""
     if scale.units is not None:
         units = f" (as with one unit in place of another: {scale.units[0]} for {scale.units[1]})"
     return (
-        f"the control is recorded {scale.times:.4g} times as large as it is{units}, which scales "
-        "every estimate"
+        f"the recorded control is {scale.times:.4g} times the true control{units}, and every "
+        "estimate is scaled by this factor"
     )
 
 
@@ -487,6 +509,6 @@ def _check_scale(scale: ControlScale) -> str:
             "the position and which the reference"
         )
     return (
-        "check the unit and the scaling of the control, and the common unit and scaling of "
-        "position and reference"
+        "check the unit and the scaling of the control. A common wrong scaling of position and "
+        "reference has the same effect, so check their units too"
     )

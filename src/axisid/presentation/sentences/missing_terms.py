@@ -30,12 +30,15 @@ class _Words:
         Statement that the term is missing; if empty, it is formed from the name.
     size : str
         Text on the size of the term, with the placeholder ``{size}``.
+    alternative : str
+        Instruction to declare the term instead of another one; if empty, it is the advice.
     """
 
     name: str
     advice: str
     statement: str = ""
     size: str = "{size}"
+    alternative: str = ""
 
     @property
     def missing_statement(self) -> str:
@@ -43,6 +46,7 @@ class _Words:
         return self.statement or f"{self.name} is missing"
 
 
+_ADD_STRIBECK = "add stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) to the model"
 #: Words by kind of the built-in terms.
 _WORDS: Mapping[str, _Words] = {
     "constant": _Words(name="a constant force", advice="add offset(F0) to the model"),
@@ -63,10 +67,10 @@ _WORDS: Mapping[str, _Words] = {
         "differs at low speed",
     ),
     "stribeck": _Words(
-        name="friction that is higher or lower at speeds up to about {at:.1g} {unit}/s",
+        name="friction that differs at speeds up to about {at:.1g} {unit}/s",
         statement="friction is {side} at speeds up to about {at:.1g} {unit}/s",
-        advice="add stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) to the model, in addition to "
-        "coulomb",
+        advice=f"{_ADD_STRIBECK}, in addition to coulomb",
+        alternative=_ADD_STRIBECK,
     ),
     "slope": _Words(
         name="a force proportional to the position", advice="add spring(k, {q}) to the model"
@@ -152,13 +156,19 @@ _EARLY = _Words(
 
 @sentence.register
 def missing_terms(finding: MissingTerms) -> str:
-    """Return the sentences of all missing terms, the largest part of the force first."""
+    """Return the sentences of all missing terms, the largest part of the force first.
+
+    Several are numbered, after the instruction to correct one at a time.
+    """
     if not finding.found:
         return "the residual contains none of the terms that were tested"
-    texts = [sentence(finding.found[0])]
-    for each in finding.found[1:]:
-        also = "also missing: " if isinstance(each, MissingTerm) else ""
-        texts.append(f"{also}{sentence(each)}")
+    texts = [sentence(each) for each in finding.found]
+    if len(texts) > 1:
+        texts = [
+            f"{len(texts)} errors of the model were found. Correct the first one, and identify "
+            "again before you correct the next one",
+            *(f"({i}) {capitalised(text)}" for i, text in enumerate(texts, 1)),
+        ]
     text = one_after_another(texts)
     if finding.may_be_long_delay:
         text += (
@@ -175,10 +185,20 @@ def missing_term(finding: MissingTerm) -> str:
     Alternatives are terms that explain nearly as much of the force.
     """
     text = f"{_statement(finding)}. {capitalised(_advice(finding.term, finding))}"
+    first = term_name(finding)
     for other in finding.others:
         name = _filled(_words_of(other).name, other, finding)
-        text += f". Alternatively, {name} explains nearly as much: {_advice(other, finding)}"
+        text += (
+            f". As an alternative to {first}, {_advice(other, finding)}: {name} explains nearly as "
+            "much of the force"
+        )
     return text
+
+
+def term_name(finding: MissingTerm) -> str:
+    """Return the name of a missing term: ``Coulomb friction``."""
+    words = _words_of(finding.term, is_negative=finding.size < 0)
+    return _filled(words.name, finding.term, finding)
 
 
 @sentence.register
@@ -188,12 +208,12 @@ def changed_parameter(finding: ChangedParameter) -> str:
     It is the error of a fixed value, a slow drift over the record, or a sudden change.
     """
     name = "the drive gain" if finding.is_gain else f"the parameter {finding.parameter}"
-    part = share_text(finding.share)
+    part = f"The effect on the force is {share_text(finding.share)}"
     if finding.change == "held":
         more = "larger" if finding.size > 0 else "smaller"
         size = f"{abs(finding.size):.3g} +- {finding.standard_error:.1g} {finding.unit}".rstrip()
         return (
-            f"{name} is {size} {more} than the given value ({part}). Correct this value, or "
+            f"{name} is {size} {more} than the given value. {part}. Correct this value, or "
             "estimate it"
         )
     change = _size(finding.size, finding.standard_error, finding.unit)
@@ -201,46 +221,55 @@ def changed_parameter(finding: ChangedParameter) -> str:
         change += f" ({finding.percent:+.2g} %)"
     if finding.change == "drift":
         return (
-            f"{name} drifts with time: {change} over the record, {part}. Record when the axis is "
+            f"{name} drifts with time: {change} over the record. {part}. Record when the axis is "
             "warm, or identify parts of the record separately"
         )
     return (
-        f"{name} changes by {change} from about {finding.seconds:.3g} s on, {part}. Identify the "
+        f"{name} changes by {change} from about {finding.seconds:.3g} s on. {part}. Identify the "
         "parts before and after this time separately, or find the change of the machine"
     )
 
 
 @sentence.register
 def moved_parameter(finding: MovedParameter) -> str:
-    """Return the error or change of a parameter that is too large, with the threshold."""
+    """Return the error or change of a parameter that is too large, with the threshold.
+
+    A change by a missing term has the name of the term, and the values with this term and with all
+    missing terms, if the finding has them.
+    """
+    name, percent = finding.parameter, f"{finding.percent:.2g} % of its value"
+    limit = f"The limit is {finding.most_percent:g} %"
+    end = f"Do not use {name}. Correct the model or the record first"
     if finding.is_changing:
-        change = (
-            f"{finding.parameter} changes by {finding.percent:.2g} % of its value in the record"
-        )
-    else:
-        change = (
-            f"a missing term of the model changes {finding.parameter} by {finding.percent:.2g} % "
-            "of its value"
-        )
-    return (
-        f"{change}. Do not use a value that is wrong by more than {finding.most_percent:g} %. "
-        "Correct the model or the record first"
-    )
+        return f"{name} changes by {percent} in the record. {limit}. {end}"
+    term = "a missing term"
+    if isinstance(finding.cause, MissingTerm):
+        term = f"a missing term ({term_name(finding.cause)})"
+    values = ""
+    if finding.values is not None:
+        before, after, with_all = (f"{value:.3g}" for value in finding.values)
+        values = f", from {before} to {after} {finding.unit}".rstrip()
+        if with_all != after:
+            values += f" (with all missing terms: {with_all} {finding.unit})".replace(" )", ")")
+    return f"{term} changes {name} by {percent}{values}. {limit}. {end}"
 
 
 def share_text(share: ShareOfForce) -> str:
-    """Return the share of the force, and the share that the declared terms cannot explain.
+    """Return the share of the force, then a sentence on the share that remains unexplained.
 
-    Equal shares are printed once.
+    The other parameters of the model imitate the rest. Equal shares are printed once.
     """
     if share.percent > 100:
-        whole = "more than the force itself"
+        whole = "more than 100 % of the force (rms)"
     else:
-        whole = f"{share.percent:.2g} % of the force"
+        whole = f"{share.percent:.2g} % of the force (rms)"
     beyond = f"{share.beyond_percent:.2g} %"
     if whole.startswith(beyond):
         return whole
-    return f"{whole}; the declared terms cannot explain {beyond}"
+    return (
+        f"{whole}. The other parameters imitate part of it, and {beyond} of the force remains "
+        "unexplained"
+    )
 
 
 def _statement(finding: MissingTerm) -> str:
@@ -251,16 +280,19 @@ def _statement(finding: MissingTerm) -> str:
     # has no meaning.
     if finding.unit and finding.share.percent <= 100:
         size = _size(finding.size, finding.standard_error, finding.unit)
-        text += f": {words.size.format(size=size)}"
-    return f"{text}, {share_text(finding.share)}"
+        return f"{text}: {words.size.format(size=size)}, which is {share_text(finding.share)}"
+    return f"{text}. The unmodelled force is {share_text(finding.share)}"
 
 
 def _advice(term: CandidateTerm, finding: MissingTerm) -> str:
     """Return the instruction for a term, which begins with a small letter."""
     if term.is_declared:
         return f"declare another velocity or exponent of {term.kind}"
-    is_negative = term is finding.term and finding.size < 0
-    return _filled(_words_of(term, is_negative=is_negative).advice, term, finding)
+    if term is not finding.term:
+        words = _words_of(term)
+        return _filled(words.alternative or words.advice, term, finding)
+    words = _words_of(term, is_negative=finding.size < 0)
+    return _filled(words.advice, term, finding)
 
 
 def _words_of(term: CandidateTerm, *, is_negative: bool = False) -> _Words:

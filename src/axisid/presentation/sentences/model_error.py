@@ -9,6 +9,7 @@ from axisid.estimation.diagnostics import (
 )
 from axisid.estimation.noise_models import NoiseSource, NoiseSources
 from axisid.estimation.signals import RestingAxis
+from axisid.support.mappings import grouped
 from axisid.support.settings import setting
 
 from .dispatch import sentence
@@ -105,16 +106,18 @@ def resting_axis(finding: RestingAxis) -> str:
 
 @sentence.register
 def noise_sources(finding: NoiseSources) -> str:
-    """Return the sources of noise with their sizes as a list; ``no noise`` without any."""
-    text = ", ".join(_noise_source(each) for each in finding.sources) or "no noise"
+    """Return the sources of noise by kind, each with its sizes; ``no noise`` without any."""
+    sizes = grouped((_NOISE[each.kind], _noise_size(each)) for each in finding.sources)
+    kinds = [f"{kind} {', '.join(of_kind)}" for kind, of_kind in sizes.items()]
+    text = "; ".join(kinds) or "no noise"
     if finding.is_measured_by_law:
         return text
     return f"{text}; the control law reads another position"
 
 
-def _noise_source(source: NoiseSource) -> str:
-    """Return one source of noise with its size and its correlation time."""
-    text = f"{_NOISE[source.kind]} {source.size:.3g} {source.unit}"
+def _noise_size(source: NoiseSource) -> str:
+    """Return the size of one source of noise with its correlation time."""
+    text = f"{source.size:.3g} {source.unit}"
     if source.correlation_time is None:
         return text
     if source.correlation_time == 0:

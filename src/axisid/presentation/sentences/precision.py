@@ -139,8 +139,8 @@ def _remedy(found: Unidentified) -> str:
     if found.reason == "cancelled":
         return f"Record another motion, or fix a known value with {fixed}"
     return (
-        f"Add the missing terms to the model, record a motion in which {name} acts more, or fix a "
-        f"known value with {fixed}"
+        "Add the missing terms to the model, record a motion in which the force of "
+        f"{name} is a larger part of the total force, or fix a known value with {fixed}"
     )
 
 

@@ -77,7 +77,7 @@ def outlying_sample(finding: OutlyingSample) -> str:
     size = f"{finding.size:+.3g} +- {finding.standard_error:.1g} {finding.unit}".rstrip()
     return (
         f"the {finding.role} is off by {size} at sample {finding.sample}, {finding.seconds:.6g} s "
-        f"after the first sample ({share_text(finding.share)})"
+        f"after the first sample. The effect on the force is {share_text(finding.share)}"
     )
 
 
@@ -106,25 +106,25 @@ def scaled_signal(finding: ScaledSignal) -> str:
 
 def _signal_statement(finding: LateSignal | ScaledSignal) -> str:
     """Return the delay of a signal in samples, or the factor by which the model scales it."""
-    part = share_text(finding.share)
+    part = f"The effect on the force is {share_text(finding.share)}"
     if isinstance(finding, ScaledSignal):
         return (
             f"the model needs {finding.factor:.4g} +- {finding.standard_error:.1g} times the "
-            f"recorded {finding.signal} ({part})"
+            f"recorded {finding.signal}. {part}"
         )
     samples = abs(finding.samples)
     if finding.at_the_end:
         earlier_or_later = "earlier" if finding.samples > 0 else "later"
         return (
             f"the {finding.signal} does not fit the force that it causes: it fits best "
-            f"{samples:.4g} samples {earlier_or_later}, at the end of the search range ({part})"
+            f"{samples:.4g} samples {earlier_or_later}, at the end of the search range. {part}"
         )
     late_or_early = "late" if finding.samples > 0 else "early"
     error = max(finding.standard_error, _LEAST_DELAY_ERROR)
     return (
         f"the {finding.signal} is logged {samples:.4g} +- {error:.1g} samples "
         f"({1e3 * abs(finding.seconds):.4g} ms) {late_or_early} relative to the force that it "
-        f"causes ({part})"
+        f"causes. {part}"
     )
 
 

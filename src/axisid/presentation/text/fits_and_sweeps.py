@@ -3,7 +3,17 @@
 import math
 from collections.abc import Iterator
 
-from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
+from axisid.estimation.choices import (
+    CONTROL,
+    FORCE,
+    INSTRUMENTS_START,
+    LEAST_SQUARES_START,
+    LOSSES,
+    NOMINAL_START,
+    OPEN_LOOP,
+    POSITION,
+    SQUARES,
+)
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.model_selection import Sweep
 from axisid.estimation.model_validation import FitValidation, Validation
@@ -26,7 +36,7 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.result_files import SavedOutputFit, written_output_fit
 
-from .identification import verdict_block
+from .identification import plus_minus_notes, verdict_block
 from .record import local_notes, record_facts, records_facts, set_aside_facts
 
 #: Description of the standard errors of a fit, by covariance.
@@ -34,6 +44,23 @@ _COVARIANCES = {
     "coloured": "for autoregressive output errors",
     "iid": "for independent output errors",
     "bootstrap": "from simulated replicas of the records",
+}
+
+
+#: Fitted and recorded quantity by output.
+_FITTED = {
+    CONTROL: "the control of the simulated loop is fitted to the recorded control",
+    POSITION: "the position of the simulated loop is fitted to the recorded position, which needs "
+    "the exact control law",
+    FORCE: "the force of the simulated drive is fitted to the recorded force",
+    OPEN_LOOP: "the position that is simulated with the recorded control is fitted to the recorded "
+    "position, in windows",
+}
+#: Start values of the search, by start.
+_STARTS = {
+    INSTRUMENTS_START: "estimate by instrumental variables",
+    LEAST_SQUARES_START: "least-squares estimate",
+    NOMINAL_START: "nominal values",
 }
 
 
@@ -83,7 +110,7 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
             axis = f"{fit.name}: {declared.title}"
     else:
         left_out = ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items())
-    output = "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs)
+    output = "; ".join(f"{name}: {_FITTED[name]}" for name in fit.outputs)
     if written.horizon:
         output += f" of {written.horizon:g} s"
     return Heading(
@@ -93,7 +120,8 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
             **records_facts(fit.records, known, units),
             "output": output,
             "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
-            "start": f"{written.started}; {len(written.iterations)} steps of the search",
+            "start": f"{_STARTS.get(written.started, written.started)}; the search took "
+            f"{len(written.iterations)} step{'s' * (len(written.iterations) != 1)}",
         }
     )
 
@@ -153,7 +181,9 @@ def _remarks(fit: SavedOutputFit) -> Iterator[str]:
     written = fit.document
     yield from local_notes(fit.local)
     for remark in dict.fromkeys(written.remarks):  # two methods may be refused for the same reason
-        yield f"The search starts from {written.started} values: {remark}"
+        start = _STARTS.get(written.started, written.started)
+        yield f"The search starts from the {start}: {remark}"
+    yield from plus_minus_notes(fit.checks)
     yield f"Standard errors (sd): {_COVARIANCES[written.chosen_covariance]}."
 
 
@@ -185,8 +215,11 @@ def law_search_document(search: LawSearch) -> Document:
                 for i, each in enumerate(search.laws[:_MOST], 1)
             ),
             labels=2,
-            title="Ready control laws: delay in samples, rms residual on held-out and on fitted "
-            "rows in % of the control",
+            title="Built-in control laws",
+            said=(
+                "The delay is in samples. Held out, fitted: rms residual on the held-out and on "
+                "the fitted rows, relative to the control (rms).",
+            ),
         ),
         text_table(
             (best.title, "value", "sd"),
@@ -270,10 +303,15 @@ def sweep_document(sweep: Sweep) -> Document:
                 )
                 for result, estimate in zip(sweep.results, judged, strict=True)
             ),
-            title="Values minus the bias of filter and noise (if this bias is known)",
+            title="Values minus the bias of filter and noise",
+            said=(
+                "A value whose bias is unknown contains its bias. method: the reported method at "
+                "this cut-off, whose values and standard errors (sd) follow.",
+            ),
         ),
         paragraph(*sentences),
         verdict_block(sweep.checks),
+        paragraph(*plus_minus_notes(sweep.checks)),
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.estimates import CORRECTED, COVARIANCES, Physical, Value
+from axisid.estimation.estimates import CORRECTED, Physical, Value
 from axisid.estimation.misspecification import JackknifeInterval
 from axisid.estimation.unknowns import GAIN
 from axisid.estimation.verdict_checks import KINDS, Check, by_weight, conclusion, lines_of
@@ -32,13 +32,13 @@ from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.presentation.sentences import (
     conclusion_text,
     covariance_in_short,
-    covariance_text,
+    iid_text,
     shared_covariance_text,
 )
 from axisid.support.checks import is_nothing
 from axisid.support.mappings import grouped
 from axisid.support.settings import all_methods, setting
-from axisid.support.wording import or_dash, range_text
+from axisid.support.wording import listed, or_dash, range_text
 
 from .identification_details import (
     band_row,
@@ -93,10 +93,12 @@ def saved_document(
         *shared_remarks(estimates),
         *physical_notes(result.physical),
         *([f"Checks apply to the {document.judged.upper()} estimate."] * (len(estimates) > 1)),
+        *plus_minus_notes(result.verdict),
         *_left_out_notes(result),
         *moves_notes(document),
         *several_notes(result),
-        f"{rows_of(result)}{signals_text(result.signals)} Generated code {result.signature[:12]}.",
+        f"{rows_of(result)}{signals_text(result.signals)} Hash of the generated code: "
+        f"{result.signature[:12]}.",
         *missing_notes({**result.skipped, **result.failed}, result.verdict),
     ]
     bands, truth = document.model_bands or {}, result.record.provenance.truth
@@ -124,21 +126,24 @@ def _screen(result: SavedIdentification) -> Document:
     If a check fails, methods without an estimate are named without reasons, because the failed
     check explains them. Notes of the verdict are only named by their lines.
     """
-    noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
+    noted = dict.fromkeys(c.line for c in by_weight(result.verdict) if c.status == "note")
     missing = {**result.skipped, **result.failed}
     fails = any(check.status == "fail" for check in result.verdict)
     not_estimated = missing_notes(missing, result.verdict)
     if fails:
         not_estimated = [f"Not estimated: {', '.join(missing).upper()}."] if missing else []
     verdict = verdict_block(result.verdict)
-    more = "For all methods"
+    shown = all_methods()
+    more = f"{'Add' if shown.startswith('-') else 'Call'} {shown} to print all methods"
     if noted:
-        more += f" and the notes on {', '.join(dict.fromkeys(noted))}"
+        lines = "check" if len(noted) == 1 else "checks"
+        more += f" and the notes on the {lines} {listed(list(noted))}"
+    failed = [check for check in result.verdict if check.status == "fail"]
     texts = [
         *shared_remarks([result.preferred]),
         *_left_out_notes(result),
         *not_estimated,
-        f"{_rows_in_short(result)} {more}: {all_methods()}.",
+        " ".join((_rows_in_short(result), *plus_minus_notes(failed), f"{more}.")),
     ]
     return (
         _heading(result),
@@ -147,6 +152,16 @@ def _screen(result: SavedIdentification) -> Document:
         replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
         Paragraph(sentences=tuple(Sentence(text=text) for text in texts)),
     )
+
+
+def plus_minus_notes(checks: Iterable[Check]) -> list[str]:
+    """Return a note on the numbers after ``+-`` in the sentences of checks, in a list.
+
+    The list is empty if no sentence has such a number.
+    """
+    if any("+-" in check.meaning for check in checks):
+        return ["The number after +- is one standard error."]
+    return []
 
 
 def _left_out_notes(result: SavedIdentification) -> list[str]:
@@ -183,14 +198,22 @@ def _rows_in_short(result: SavedIdentification) -> str:
 def judged_table(result: SavedIdentification) -> TableBlock:
     """Return the table of the judged estimate, corrected for the bias of filter and noise.
 
-    The estimate by IDM-LS is in a further column if a value of it lies outside the interval.
+    The estimate by IDM-LS is in a further column if a value of it lies outside the interval. So are
+    the values in a model with the missing terms, if the model error changes a value noticeably.
     """
     judged = result.preferred
     least_squares = _least_squares(result)
     physical = result.physical.get(judged.method)
+    values = _judged_values(result)
     heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if least_squares else [])]
+    bands = (result.document.model_bands or {}).get(judged.method, {})
+    larger_model = {
+        name: text
+        for name, value in values.items()
+        if (text := _with_missing_terms(result, name, bands.get(name), decimals(value.deviation)))
+    }
     rows: list[tuple[Cell, ...]] = []
-    for name, value in _judged_values(result).items():
+    for name, value in values.items():
         digits = decimals(value.deviation)
         sd = interval = "-"
         if value.deviation:
@@ -200,9 +223,19 @@ def judged_table(result: SavedIdentification) -> TableBlock:
         if least_squares:
             is_known = name in least_squares
             cells.append(f"{least_squares[name].value:.{digits}f}" if is_known else "")
-        rows.append((*cells, ", ".join(_remarks(result, name, value, physical))))
+        if larger_model:
+            cells.append(larger_model.get(name, ""))
+        remarks = _remarks(name, value, result, physical)
+        band = bands.get(name)
+        if name not in larger_model and band is not None and band.exceeds:
+            remarks.append(f"model error: {range_text(*band.interval, ' to ')}")
+        rows.append((*cells, ", ".join(remarks)))
+    more = ["with missing terms"] if larger_model else []
     return TableBlock(
-        columns=(*text_columns(["", "unit", *heads]), TableColumn("remark", align="left")),
+        columns=(
+            *text_columns(["", "unit", *heads]),
+            *(TableColumn(head, align="left") for head in (*more, "remark")),
+        ),
         rows=tuple(rows),
         labels=2,
     )
@@ -235,16 +268,16 @@ def _least_squares(result: SavedIdentification) -> Mapping[str, Value]:
 
 
 def _remarks(
-    result: SavedIdentification, name: str, value: Value, physical: Physical | None
+    name: str, value: Value, result: SavedIdentification, physical: Physical | None
 ) -> list[str]:
-    """Return the remarks on one parameter: known values, bias, and effect of the model error.
+    """Return the remarks on one parameter: known values and bias.
 
     Parameters
     ----------
-    result : SavedIdentification
     name : str
     value : Value
         Value of the parameter by the judged method.
+    result : SavedIdentification
     physical : Physical or None
         Declared parameters calculated from the judged estimate; None without any.
     """
@@ -258,37 +291,33 @@ def _remarks(
             remarks.append(known if value.deviation else "fixed")
     if value.is_shifted:
         remarks.append(f"{value.value:.{digits}f} with bias")
-    bands = (result.document.model_bands or {}).get(result.preferred.method, {})
-    with_terms = (result.document.with_missing_terms or {}).get(name, ())
-    remark = _model_remark(bands.get(name), with_terms, digits)
-    if remark:
-        remarks.append(remark)
     return remarks
 
 
-def _model_remark(band: JackknifeInterval | None, with_terms: Sequence[float], digits: int) -> str:
-    """Return a remark on the effect of the model error on one parameter; empty for none.
+def _with_missing_terms(
+    result: SavedIdentification, name: str, band: JackknifeInterval | None, digits: int
+) -> str:
+    """Return the value of a parameter in the model with the missing terms that the verdict names.
 
-    It is the value after adding the missing terms, or the interval that contains the model error.
+    It has two values, forward and backward, for a parameter that differs between directions. It is
+    empty if no terms are named, or if the model error of the parameter is not noticeable.
 
     Parameters
     ----------
+    result : SavedIdentification
+    name : str
+        Name of the parameter.
     band : JackknifeInterval or None
         Interval that contains the model error; None if there is none.
-    with_terms : sequence of float
-        Value after adding the terms that the verdict names, or two values, forward and backward;
-        empty if no terms are named.
     digits : int
         Number of decimal places.
     """
+    with_terms = (result.document.with_missing_terms or {}).get(name, ())
     values = [f"{value:.{digits}f}" for value in with_terms]
     if len(values) == 2:
         return f"{values[0]} forward, {values[1]} backward"
-    if band is None or not band.exceeds:
-        return ""
-    if values:
-        return f"{values[0]} with missing terms added"
-    return f"model error: {range_text(*band.interval, ' to ')}"
+    is_noticeable = band is not None and band.exceeds
+    return values[0] if values and is_noticeable else ""
 
 
 def rows_of(result: SavedIdentification) -> str:
@@ -510,13 +539,9 @@ def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBloc
 def _notes_of_columns(estimates: Sequence[SavedEstimate]) -> list[str]:
     """Return the notes [1] and [2] that the columns of `_columns` refer to."""
     chosen = estimates[0].chosen
-    name = shared_covariance_text({e.method: e.covariance_notes[chosen] for e in estimates})
-    published = covariance_text(estimates[0].covariance_notes["iid"])
-    allowed = "" if COVARIANCES[chosen].allows_autocorrelation else ", which HAC allows for"
-    return [
-        f"sd and 95 % intervals: {name}. Residuals of filtered data are autocorrelated{allowed}.",
-        f"i.i.d. sd, as in the published tables: {published}.",
-    ]
+    text = shared_covariance_text({e.method: e.covariance_notes[chosen] for e in estimates})
+    published = iid_text(estimates[0].covariance_notes["iid"])
+    return [f"sd and 95 % intervals: {text}.", f"i.i.d. sd: {published}."]
 
 
 def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:

@@ -149,12 +149,17 @@ def moves_notes(document: WrittenIdentification) -> list[str]:
         for name, band in bands.get(judged, {}).items()
         if band.exceeds
     )
-    intervals = f" 95 % intervals of {judged.upper()}: {listed}." if listed else ""
     notes.append(
         f"{_MODEL_ERROR}: standard error of a parameter from its scatter over parts of the motion "
         "(jackknife). It contains the model error, which repeats with the motion. The sd above it "
-        f"assumes that the residual averages out over time, as noise does.{intervals}"
+        "assumes that the residual averages out over time, as noise does."
     )
+    if listed:
+        notes.append(
+            f"95 % intervals of {judged.upper()} that contain the model error: {listed}. They are "
+            "wider than the 95 % intervals from the sd, which cover noise only. Use them while the "
+            "model leaves part of the force unexplained."
+        )
     return notes
 
 
@@ -162,9 +167,10 @@ def _repeats(found: LackOfFit) -> str:
     """Return a note on the share of the residual that repeats with the reference."""
     every = "" if found.period is None else f" every {found.period:.4g} s"
     return (
-        f"The reference repeats{every}, up to {found.times} times ({found.rows} rows). In these "
-        f"rows {100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of the power of "
-        "the residual repeats with the motion; the rest is noise."
+        f"The reference repeats{every}. Residuals of up to {found.times} repeats are compared at "
+        f"the same phase of the motion ({found.rows} rows). In these rows "
+        f"{100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of the power of the "
+        "residual repeats with the motion; the rest is noise."
     )
 
 
@@ -258,9 +264,9 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
 
     The last columns have the standard error by the drive gain, and the bias.
     """
-    first, *others = (model.label for model in COVARIANCES.values())
+    labels = [f"sd {model.label}" for model in COVARIANCES.values()]
     return text_table(
-        ["", "unit", "2.5 %", "97.5 %", f"sd {first}", *others, "gain", "bias"],
+        ["", "unit", "2.5 %", "97.5 %", *labels, "sd gain", "bias"],
         (
             [
                 *(f"{method.upper()} {name}", value.unit),
@@ -273,6 +279,12 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
         ),
         labels=2,
         title=title,
+        said=(
+            "sd: standard error by each covariance. robust: consistent for heteroscedasticity "
+            "only. i.i.d.: for independent residuals of equal variance.",
+            "sd gain: standard error by the uncertainty of the drive gain, which no other sd "
+            "contains. bias: of filter and noise.",
+        ),
     )
 
 
@@ -290,7 +302,7 @@ def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
         ["delay [samples]", str(law.delay)],
         *([f"factor of {name}", f"{factor:.5g}"] for name, factor in (law.factors or {}).items()),
     ]
-    return text_table(["recorded control", ""], rows, title=title)
+    return text_table(["comparison with the recorded control", "value"], rows, title=title)
 
 
 def _by_record(records: Sequence[WrittenMember]) -> TableBlock:
@@ -356,7 +368,7 @@ def _differences(
             "not tested: no two estimators use the same rows, or instruments are weak", title=title
         )
     return text_table(
-        ("", "unit", "difference", "sd", "in sd of the second", "p", "joint p"),
+        ("", "unit", "difference", "sd", "in sd of the second method", "p", "joint p"),
         (
             (
                 f"{_difference_label(pair)} {name}",
@@ -385,7 +397,7 @@ def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragra
     title = "Alignment"
     if alignment.best is None:
         return paragraph(f"The delay was not measured: {alignment.reason}", title=title)
-    by = "instruments" if alignment.by_instruments else "least squares"
+    by = "instrumental variables" if alignment.by_instruments else "least squares"
     units = {q.name: q.unit for q in preferred.quantities}
     changes = ", ".join(
         f"{name} by {slope:+.3g} {units.get(name, '')}".rstrip()
@@ -428,13 +440,14 @@ def _motions(found: Mapping[str, ColumnComparison]) -> Document:
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> TableBlock:
-    """Return a table of every check with its status, figure and threshold.
+    """Return a table of every check with its status, value and threshold.
 
-    `sources` adds a column with the meaning of the figure and the source of the threshold.
+    `sources` adds a column with the meaning of the value and the source of the threshold.
     """
-    columns = [*text_columns(["", "status", "figure", "threshold", "p"])]
+    columns = [*text_columns(["", "status", "value", "threshold", "p"])]
     if sources:
-        columns.append(TableColumn("figure and source of the threshold", align="left"))
+        head = "meaning of the value, and source of the threshold"
+        columns.append(TableColumn(head, align="left"))
     rows = []
     for check in checks:
         figures = (check.figure, check.threshold, check.p_value)

@@ -88,7 +88,7 @@ def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
     are_fits = [bool(fitted_output(method)) for method in result.methods]
     titles = dict(_TITLES)
     if not all(are_fits):
-        titles[PARAMETER] += " minus the bias of filter and noise"
+        titles[PARAMETER] += ", corrected for the bias of filter and noise"
         if any(are_fits):
             titles[PARAMETER] += " (not for fits)"
     tables: list[Block] = []
@@ -246,10 +246,12 @@ def legend(result: SavedMonteCarlo) -> Paragraph:
     passed = ", ".join(each.name for each in result.check_figures if _always_passes(each))
     not_evaluated = ", ".join(each.name for each in result.check_figures if not each.passes.of)
     return paragraph(
-        "bias, scatter: mean error and standard deviation over the runs; MC error: the Monte-Carlo "
-        f"standard error of each. sd: printed standard error, {_printed_labels(result)}, as root "
-        "mean square over the runs. coverage: share of the intervals that contain the true value, "
-        "with Wilson's 95 % interval; the columns after it: coverage with other standard errors.",
+        "bias: mean error of the values in this table over the runs. scatter: their standard "
+        "deviation. MC error: Monte-Carlo standard error of the number before it. sd: printed "
+        f"standard error, {_printed_labels(result)}, as root mean square over the runs.",
+        "coverage: share of the 95 % intervals that contain the true value, with Wilson's 95 % "
+        "interval for this share. The columns after it (such as robust: consistent for "
+        "heteroscedasticity only) show the coverage of intervals with another standard error.",
         *([f"Passed in every run: {passed}."] if passed else []),
         *([f"Not evaluated in any run: {not_evaluated}."] if not_evaluated else []),
     )

@@ -9,6 +9,7 @@ import numpy as np
 from axisid.estimation.identification import RecordInfo
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
+from axisid.estimation.thresholds import MIN_ROW_WEIGHT
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Signal
 from axisid.presentation.documents import (
@@ -42,69 +43,97 @@ def rows_text(
     motions : sequence of sequence of str
         Measured quantities of the motion in each record.
     """
-    masked = sum(sampling.masked_rows for sampling in samplings)
-    excluded = sum(sampling.excluded_samples for sampling in samplings)
-    clauses = ""
-    if masked:
-        clauses += f", {masked} rows affected by masked samples are excluded"
-    if excluded:
-        clauses += (
-            f", {excluded} samples near reversals and standstill are excluded before the decimation"
-        )
     source, *remarks = force
     # Records with equal filters and quantities share their sentences.
     filters: dict[str, None] = {}
     for sampling, motion in zip(samplings, motions, strict=True):
         settings = sampling.filter.settings
-        of_force = "; ".join([f"{source}, hold {settings.hold}", *remarks])
         text = (
-            f"{_measured_text(motion)}: low-pass, Butterworth, {settings.cutoff:g} Hz, order "
-            f"{settings.order}, forward and backward. Force: {of_force}."
+            f"Low-pass of the {_measured_text(motion)}: Butterworth, {settings.cutoff:g} Hz, order "
+            f"{settings.order}, forward and backward. {source}{_HOLDS[settings.hold]}"
         )
         filters[text] = None
     samples = sum(sampling.samples for sampling in samplings)
-    return f"{used} rows of {samples} samples{_dropped(samplings)}{clauses}. {' '.join(filters)}"
+    return " ".join(
+        (
+            f"{used} rows from {samples} samples{_segments(samplings)}.",
+            *filters,
+            *remarks,
+            *_rows_in_steps(samplings),
+        )
+    )
 
 
-def _dropped(samplings: Sequence[Sampling]) -> str:
-    """Return a clause on the samples dropped at the ends and on the decimation.
+#: Sentences on the force that is paired with a sample of the motion, by `Prefilter.hold`.
+_HOLDS: Mapping[str | None, str] = {
+    None: "",
+    "zoh": " Each sample of the motion is paired with the mean of the force before and the force "
+    "after the sample (hold = zoh).",
+    "raw": " Each sample of the motion is paired with the force after the sample (hold = raw).",
+}
+#: Ends of a record to which the rows are aligned, by `Prefilter.decimation`.
+_ALIGNMENTS: Mapping[str, str] = {
+    "matlab": "counted from the end of the record, as in MATLAB's decimate",
+    "scipy": "counted from the start of the record, as in SciPy's decimate",
+}
 
-    It begins with the number of segments of a single record, or with the number of records.
-    """
+
+def _segments(samplings: Sequence[Sampling]) -> str:
+    """Return the number of records, or of segments of a single record, after a blank."""
+    if len(samplings) > 1:
+        return f" in {len(samplings)} records"
+    (sampling,) = samplings
+    used, number = len(sampling.spans), len(sampling.segments)
+    if not number:
+        return ""
+    if used != number:
+        return f" in {used} of {number} segments (the others are too short)"
+    return f" in {number} segments"
+
+
+def _rows_in_steps(samplings: Sequence[Sampling]) -> list[str]:
+    """Return sentences on the steps from filtered samples to rows, in the order of the steps."""
+    sentences = []
+    excluded = sum(sampling.excluded_samples for sampling in samplings)
+    masked = sum(sampling.masked_rows for sampling in samplings)
+    if excluded:
+        sentences.append(
+            f"Before the decimation, {excluded} samples near reversals and standstill get the "
+            "weight 0."
+        )
+    if len(samplings) == 1:
+        (sampling,) = samplings
+        start, end = sampling.filter.dropped
+        of_each = " of each segment" if sampling.segments else ""
+        sentences.append(f"{start} samples are dropped at the start and {end} at the end{of_each}.")
+    else:
+        sentences.append("The filter's transients are dropped at both ends of each record.")
     kept = []
     for sampling in samplings:
         settings = sampling.filter.settings
         if settings.decimate == 1:
             kept.append("all samples are kept")
         else:
-            kept.append(
-                f"one sample in {settings.decimate} is kept ({settings.decimation} alignment)"
-            )
-    if len(samplings) == 1:
-        (sampling,) = samplings
-        start, end = sampling.filter.dropped
-        used, number = len(sampling.spans), len(sampling.segments)
-        segments = of_each = ""
-        if number:
-            of_each = " of each"
-            segments = f" in {number} segments"
-            if used != number:
-                segments = f" in {used} of {number} segments (the others are too short)"
-        return (
-            f"{segments}: {start} samples are dropped at the start and {end} at the end{of_each}, "
-            f"then {kept[0]}"
-        )
-    by_record = kept[0]
+            alignment = _ALIGNMENTS[settings.decimation]
+            kept.append(f"one sample in {settings.decimate} is kept, {alignment}")
     if len({*kept}) > 1:
-        by_record = f"in the order of the records {', '.join(kept)}"
-    return (
-        f" in {len(samplings)} records: the filter's transients are dropped at both ends of each "
-        f"record, then {by_record}"
-    )
+        sentences.append(f"Then, in the order of the records: {'; '.join(kept)}.")
+    elif samplings[0].filter.settings.decimate == 1:
+        sentences.append("All other samples are kept.")
+    else:
+        sentences.append(f"Then a decimation filter is applied, and {kept[0]}.")
+    if excluded:
+        sentences.append(
+            "A kept sample is a row if the samples that its decimation filter combines have more "
+            f"than {100 * MIN_ROW_WEIGHT.value:g} % of their full weight."
+        )
+    if masked:
+        sentences.append(f"{masked} rows that masked samples affect are excluded.")
+    return sentences
 
 
 def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> tuple[str, ...]:
-    """Return the source of the force in the rows, then remarks on the drive's timing and motor.
+    """Return sentences: the source of the force in the rows, then the drive's timing and motor.
 
     Parameters
     ----------
@@ -117,11 +146,12 @@ def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> t
         True if the record has a column of the force; there are then no remarks.
     """
     if measured:
-        return ("force column",)
-    return (
-        "drive gain x control" if is_gain else "drive model applied to the control",
-        *filter(None, (drive.timing_text, remark)),
-    )
+        return ("The force is that of the force column.",)
+    source = "The force is that of the drive model for the control."
+    if is_gain:
+        source = "The force is the drive gain times the control."
+    remarks = "; ".join(filter(None, (drive.timing_text, remark))).split("; ")
+    return (source, *(f"{text[0].upper()}{text[1:]}." for text in remarks if text))
 
 
 def signals_text(signals: Sequence[Signal]) -> str:
@@ -135,10 +165,9 @@ def signals_text(signals: Sequence[Signal]) -> str:
 
 
 def _measured_text(motion: Sequence[str]) -> str:
-    """Return the names of the measured quantities of the motion, as the start of a sentence."""
+    """Return the names of the measured quantities of the motion, within a sentence."""
     *others, last = (role if role == "position" else f"measured {role}" for role in motion)
-    text = f"{', '.join(others)} and {last}" if others else last
-    return text[0].upper() + text[1:]
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def record_facts(record: RecordInfo) -> dict[str, str]:
@@ -221,7 +250,7 @@ def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
 
 
 def records_table(result: SavedIdentification) -> TableBlock:
-    """Return a table of the records: rows, weight, noise, errors, and difference from the others.
+    """Return a table of the records: rows, weight, residual, errors, and difference of each.
 
     The errors are those of the judged estimate. The unit of the force is known only if the result
     has its declared axis.
@@ -232,7 +261,7 @@ def records_table(result: SavedIdentification) -> TableBlock:
     return TableBlock(
         columns=(
             *text_columns(["record", "rows", "weight"]),
-            TableColumn("noise", force_unit),
+            TableColumn("residual", force_unit),
             TableColumn("equation", "%"),
             TableColumn("simulation", "%"),
             TableColumn("difference", "%"),
@@ -251,8 +280,14 @@ def records_table(result: SavedIdentification) -> TableBlock:
             )
             for i, member in enumerate(result.of_records, 1)
         ),
-        title=f"Records: errors by {result.preferred.method.upper()}; change of the force with "
-        "separate parameters for the record (difference) and its p-value (p)",
+        title="Records",
+        said=(
+            "weight: of the rows in the regression. residual: rms residual of the "
+            f"{result.preferred.method.upper()} estimate. equation, simulation: equation error and "
+            f"simulation error of the {result.preferred.method.upper()} estimate.",
+            "difference: change of the force if the record gets its own parameters, relative to "
+            "its force (rms). p: p-value of this difference.",
+        ),
     )
 
 
@@ -267,10 +302,8 @@ def several_notes(result: SavedIdentification) -> list[str]:
         "Rows are weighted by the inverse of the record's noise, which is its residual in a first "
         "least-squares fit of all records (feasible generalised least squares); weights "
         f"{weights}.",
-        f"Table of records: equation and simulation error by {result.preferred.method.upper()}, in "
-        "percent of the measured quantity. Noise: rms residual in the unit of the force. "
-        "Difference: change of the force if the record has its own parameters, in percent of its "
-        "force; p: probability that noise alone causes such a difference.",
+        "Table of records: equation and simulation error in percent of the measured quantity. p: "
+        "probability that noise alone causes such a difference.",
         *local_notes(result.local_names),
     ]
     if gain is not None:
