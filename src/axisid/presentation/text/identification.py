@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.estimates import CORRECTED, Physical, Value
+from axisid.estimation.estimates import CORRECTED, Value
 from axisid.estimation.misspecification import JackknifeInterval
 from axisid.estimation.unknowns import GAIN
 from axisid.estimation.verdict_checks import KINDS, Check, by_weight, conclusion, lines_of
@@ -203,7 +203,6 @@ def judged_table(result: SavedIdentification) -> TableBlock:
     """
     judged = result.preferred
     least_squares = _least_squares(result)
-    physical = result.physical.get(judged.method)
     values = _judged_values(result)
     heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if least_squares else [])]
     bands = (result.document.model_bands or {}).get(judged.method, {})
@@ -212,6 +211,11 @@ def judged_table(result: SavedIdentification) -> TableBlock:
         for name, value in values.items()
         if (text := _with_missing_terms(result, name, bands.get(name), decimals(value.deviation)))
     }
+    remarks = {
+        name: _remarks(result, name, value, bands.get(name), has_larger=name in larger_model)
+        for name, value in values.items()
+    }
+    has_remarks = any(remarks.values())
     rows: list[tuple[Cell, ...]] = []
     for name, value in values.items():
         digits = decimals(value.deviation)
@@ -225,16 +229,18 @@ def judged_table(result: SavedIdentification) -> TableBlock:
             cells.append(f"{least_squares[name].value:.{digits}f}" if is_known else "")
         if larger_model:
             cells.append(larger_model.get(name, ""))
-        remarks = _remarks(name, value, result, physical)
-        band = bands.get(name)
-        if name not in larger_model and band is not None and band.exceeds:
-            remarks.append(f"model error: {range_text(*band.interval, ' to ')}")
-        rows.append((*cells, ", ".join(remarks)))
-    more = ["with missing terms"] if larger_model else []
+        if has_remarks:
+            cells.append(", ".join(remarks[name]))
+        rows.append(tuple(cells))
+    texts = []
+    if larger_model:
+        texts.append("with missing terms")
+    if has_remarks:
+        texts.append("remark")
     return TableBlock(
         columns=(
             *text_columns(["", "unit", *heads]),
-            *(TableColumn(head, align="left") for head in (*more, "remark")),
+            *(TableColumn(head, align="left") for head in texts),
         ),
         rows=tuple(rows),
         labels=2,
@@ -268,20 +274,28 @@ def _least_squares(result: SavedIdentification) -> Mapping[str, Value]:
 
 
 def _remarks(
-    name: str, value: Value, result: SavedIdentification, physical: Physical | None
+    result: SavedIdentification,
+    name: str,
+    value: Value,
+    band: JackknifeInterval | None,
+    *,
+    has_larger: bool,
 ) -> list[str]:
-    """Return the remarks on one parameter: known values and bias.
+    """Return the remarks on one parameter: known values, bias and model error.
 
     Parameters
     ----------
+    result : SavedIdentification
     name : str
     value : Value
         Value of the parameter by the judged method.
-    result : SavedIdentification
-    physical : Physical or None
-        Declared parameters calculated from the judged estimate; None without any.
+    band : JackknifeInterval or None
+        Interval of the parameter with the model error, if it is known.
+    has_larger : bool
+        True if the table has the value with the missing terms; the model error is then left out.
     """
     digits = decimals(value.deviation)
+    physical = result.physical.get(result.preferred.method)
     remarks = []
     if name == GAIN:
         remarks.append(f"declared {result.declared_gain:g}")
@@ -291,6 +305,8 @@ def _remarks(
             remarks.append(known if value.deviation else "fixed")
     if value.is_shifted:
         remarks.append(f"{value.value:.{digits}f} with bias")
+    if band is not None and band.exceeds and not has_larger:
+        remarks.append(f"model error: {range_text(*band.interval, ' to ')}")
     return remarks
 
 
