@@ -237,13 +237,13 @@ def _check_of(
         status=status,
         finding=finding,
         figure=comparison.largest.standard_errors,
-        source="largest difference of a parameter between the two estimates, in standard errors of "
-        "the second method. The estimates differ significantly if a HAC test of all differences "
-        "at once (Hausman's test with Hotelling's distribution) rejects equality at "
-        f"{100 * levels.level:g} %. A significant difference above the threshold is a note. The "
-        "check fails if the difference is also (1) more than "
-        f"{100 * levels.least_share:g} % of the value and (2) larger than half the width of both "
-        "95 % intervals",
+        source=f"largest difference of a parameter between {comparison.first.upper()} and "
+        f"{comparison.second.upper()}, in standard errors of {comparison.second.upper()}. The "
+        "estimates differ significantly if a HAC test of all differences at once (Hausman's test "
+        f"with Hotelling's distribution) rejects equality at {100 * levels.level:g} %. A "
+        "significant difference above the threshold is a note. The check fails if the difference "
+        f"is also (1) more than {100 * levels.least_share:g} % of the value and (2) larger than "
+        "half the width of both 95 % intervals",
         p_value=comparison.p_value,
     )
 

@@ -234,12 +234,13 @@ def alignment_check(
         status=status_of(aligned, matters=not by_log),
         figure=apart,
         p_value=late.p_value if isinstance(late, Misspecification) else None,
-        source="estimated delay of the force minus the delay that the hold assumes, in samples. "
-        "A force that a drive holds over each sample acts half a sample late. With simulated "
-        "replicas, the check fails if the search for missing terms finds a delay. Without them, it "
-        "fails in two cases. (1) The estimate is at the end of its range. (2) The force acts "
-        "earlier by more than three standard errors, and this changes a parameter by more than "
-        "half the width of its 95 % interval",
+        source="estimated delay of the force minus the delay that was assumed when force and "
+        "motion were aligned (option hold), in samples. A force that a drive holds over each "
+        "sample acts half a sample late. With simulated replicas, the check fails if the search "
+        "for missing terms finds a delay. Without them, it fails in two cases. (1) The estimate is "
+        "at the end of its range. (2) The force acts earlier than assumed by more than three "
+        "standard errors, and this changes a parameter by more than half the width of the 95 % "
+        "interval of this parameter",
         finding=ForceDelay(
             delay=delay.best,
             standard_error=delay.deviation,

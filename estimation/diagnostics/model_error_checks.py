@@ -352,7 +352,7 @@ def misspecification_check(
 
 #: Subjects of the checks for misspecifications, by name of the check.
 _SUBJECTS = {
-    "missing terms": "a missing term or by a parameter that changes",
+    "missing terms": "a missing term or by a parameter that changes during the record",
     "recorded signals": "a recorded signal that is late or wrongly scaled",
     "outliers": "a single measured sample that is an outlier",
 }
@@ -362,12 +362,13 @@ def _source_of(name: str, levels: Levels) -> str:
     """Return the definition of the figure of a check for misspecifications, and its conditions."""
     subject = _SUBJECTS[name]
     return (
-        f"largest unmodelled force that is caused by {subject}, in percent of the force (rms), "
-        "without the part that the other parameters imitate. The check fails if two conditions are "
-        "met. (1) This force is significantly larger in the residual than in the residuals of "
-        f"simulated replicas (Hotelling's test at {100 * levels.level:g} % over all hypotheses, by "
-        f"Holm's rule). (2) This force is more than {100 * levels.least_share:g} % of the force, "
-        "or it changes a parameter by more than half the width of its 95 % interval"
+        f"largest unmodelled force that is caused by {subject}, in percent of the force (rms). The "
+        "part for which the other parameters compensate is not included. The check fails if two "
+        "conditions are met. (1) The unmodelled force is significantly larger in the residual than "
+        f"in the residuals of simulated replicas (Hotelling's test at {100 * levels.level:g} % "
+        "over all hypotheses, by Holm's rule). (2) The unmodelled force is more than "
+        f"{100 * levels.least_share:g} % of the total force, or it changes a parameter by more "
+        "than half the width of the 95 % interval of this parameter"
     )
 
 
@@ -435,10 +436,12 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         status=status_of(not found.is_mostly_model, matters=False),
         figure=finding.percent,
         threshold=100 * MIN_MODEL_SHARE.value,
-        source="power of the part that repeats with the reference, in percent of the power of the "
-        "residual. It is computed from products of the residuals of different repeats. The part "
-        "counts if two conditions are met. (1) The probability that noise alone repeats as much is "
-        "below 1e-3 (HAC over the phases). (2) The part is smooth from row to row",
+        source="power of the residual's repeating part, in percent of the power of the residual. "
+        "This part repeats with the reference. Its power is computed from products of the "
+        "residuals of different repeats. The part counts if two conditions are met. (1) If the "
+        "residual were only noise, a repeating part of this size or more would have a probability "
+        "below 1e-3 (test with a HAC covariance over the phases of the period). (2) The part is "
+        "smooth from row to row",
         finding=finding,
     )
 

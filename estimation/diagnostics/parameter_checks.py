@@ -371,8 +371,10 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
         "largest standard error in percent of the value of its parameter. The HAC standard error "
         "is used. For a parameter that acts in few rows, the i.i.d. standard error is used if it "
         "is larger. The check fails if a parameter exceeds the threshold, unless two conditions "
-        "are met. (1) The part of the force by this parameter, including its standard error, is "
-        "below 1 %. (2) The parameter cannot have the typical magnitude of its unit",
+        "are met. (1) The part of the force by this parameter, with two standard errors added, is "
+        "below 1 % (rms). (2) The value, with two standard errors added, is below a tenth of the "
+        "magnitude that is usual for the unit of the parameter. This magnitude follows from force, "
+        "travel and times of the record",
         passed=not unidentified,
     )
 

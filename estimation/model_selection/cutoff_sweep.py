@@ -68,8 +68,8 @@ _HORIZON = 0.5  # s, of a window
 _LEAST = 1e-8  # smallest relative error, so that one exact parameter does not dominate the mean
 
 _SMALLEST = (
-    "because the combined error (standard error, known bias and difference to the neighbouring "
-    "cut-offs) is smallest there"
+    "because this estimate has the smallest combined error (standard error, known bias and "
+    "difference to the neighbouring cut-offs)"
 )
 
 

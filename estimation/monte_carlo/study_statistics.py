@@ -231,12 +231,12 @@ class StudyFigures(Checked):
             Check.unless(
                 "coverage",
                 narrow,
-                f"The coverage of no interval is significantly below 95 % {runs}",
+                f"No interval has a coverage significantly below 95 % {runs}",
             ),
             Check.unless(
                 "width",
                 wide,
-                f"The coverage of no interval is significantly above 95 % {runs}",
+                f"No interval has a coverage significantly above 95 % {runs}",
                 matters=False,
             ),
             Check.unless("bias", biased, f"No bias is significant {runs}"),

@@ -302,7 +302,9 @@ def followed_record(data: FilteredRecord) -> Record:
     control, position = _recorded_command(data), data.record.position
     response = _response_to_noise(data)
     if _share_of_response(control, response) < _LEAST_SHARE_TO_FOLLOW:
-        raise DataError("the control does not respond to the noise of the recorded position.")
+        raise DataError(
+            "the control in the record does not respond to the noise of the recorded position."
+        )
     added = control - _control_by_law(data, position, position)
     # In the log, the control is late by the delay of the law, in samples.
     delay = control_delay_in_log(data.axis, law_of(data.axis))

@@ -261,8 +261,8 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
         + f" of {group.machines} machines" * (of == "machines")
         + f", {group.untold} without a serial number not compared" * bool(group.untold),
         said=(
-            "typical value: robust centre of the values, or their median if the scatter is not "
-            "estimated. standard error: median of the standard errors of the results.",
+            f"typical value: robust centre of the values, or their median if the sd between {of} "
+            "is not estimated. standard error: median of the standard errors of the results.",
         ),
     )
     if isinstance(group.usual, Missing):
@@ -388,7 +388,11 @@ class Fleet(Checked, Shown):
             title=f"Fleet of {_logs(len(self))}",
             facts={
                 "logs": _counted((statuses[row.status] for row in self), statuses.values()),
-                "verdicts": _counted(headlines, _HEADLINES.values()),
+                "verdicts": ", ".join(
+                    f"{headline}: {_logs(headlines.count(headline))}"
+                    for headline in _HEADLINES.values()
+                    if headline in headlines
+                ),
                 "folder": self.folder,
                 "CPU time": f"{np.mean(spent):.2g} s per log" if spent else "",
             },

@@ -166,7 +166,7 @@ def _law(law: ControlLaw | None, unit: str) -> Section:
     lines: tuple[Formula | str, ...] = (
         Formula(name="control", value=law.output, unit=unit),
         *(
-            Formula(name=f"{memory.name} {when}", value=value)
+            Formula(name=f"{memory.name} at the {when} sample", value=value)
             for memory in law.memory
             for when, value in (("next", memory.following), ("first", memory.start))
         ),
@@ -179,6 +179,8 @@ def _law(law: ControlLaw | None, unit: str) -> Section:
         note += f"; applied with a delay of {law.delay} samples"
     if law.reference_between:
         note += f"; with its own clock, reference {law.reference_between} between samples"
+    if law.memory:
+        note += f"; values that the law stores: {', '.join(m.name for m in law.memory)}"
     return Section(title="Control law", lines=lines, note=note)
 
 

@@ -273,7 +273,7 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
 def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) -> Plot | Missing:
     """Return the figure of the mean residual over one period of the reference.
 
-    The band contains 95 % of the means for noise alone.
+    If the residual were only noise, 95 % of the means would lie within the band.
 
     Parameters
     ----------
@@ -293,9 +293,9 @@ def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) ->
         name="repeats",
         title=TITLES["repeats"],
         caption=f"{estimate.method.upper()}: mean residual over up to {found.times} repeats, "
-        f"minus the residual that the filter alone causes, at each phase of {period}. The band "
-        "contains 95 % of "
-        f"the means for noise of {noise} (rms) alone. The part outside the band is model error: "
+        f"minus the residual that the filter alone causes, at each phase of {period}. If the "
+        f"residual were only noise of {noise} (rms), 95 % of the means would lie within the band. "
+        "The part outside the band is model error: "
         f"{100 * max(found.share, 0.0):.0f} % of the power of the residual.",
         x_label="time [s]",
         panels=(

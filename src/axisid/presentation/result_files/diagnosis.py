@@ -58,7 +58,7 @@ class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
     natural: Annotated[
         float | UnsetType | None,
-        about("Typical magnitude of its unit, from force and motion of the record."),
+        about("Usual magnitude of a parameter in its unit, from force and motion of the record."),
     ] = UNSET
 
 

@@ -509,6 +509,6 @@ def _check_scale(scale: ControlScale) -> str:
             "the position and which the reference"
         )
     return (
-        "check the unit and the scaling of the control. A common wrong scaling of position and "
-        "reference has the same effect, so check their units too"
+        "check the unit and the scaling of the control. A wrong factor of both "
+        "position and reference has the same effect. Check the units of these two columns too"
     )

@@ -67,7 +67,7 @@ _WORDS: Mapping[str, _Words] = {
         "differs at low speed",
     ),
     "stribeck": _Words(
-        name="friction that differs at speeds up to about {at:.1g} {unit}/s",
+        name="friction that is higher or lower at speeds up to about {at:.1g} {unit}/s than above",
         statement="friction is {side} at speeds up to about {at:.1g} {unit}/s",
         advice=f"{_ADD_STRIBECK}, in addition to coulomb",
         alternative=_ADD_STRIBECK,
@@ -239,25 +239,27 @@ def moved_parameter(finding: MovedParameter) -> str:
     """
     name, percent = finding.parameter, f"{finding.percent:.2g} % of its value"
     limit = f"The limit is {finding.most_percent:g} %"
-    end = f"Do not use {name}. Correct the model or the record first"
+    end = f"Do not use {name}. First correct the model, or the record if the record is wrong"
     if finding.is_changing:
         return f"{name} changes by {percent} in the record. {limit}. {end}"
-    term = "a missing term"
+    change = f"a missing term changes {name} by {percent}"
     if isinstance(finding.cause, MissingTerm):
-        term = f"a missing term ({term_name(finding.cause)})"
-    values = ""
+        change = (
+            f"{term_name(finding.cause)} is missing. With this term, {name} changes by {percent}"
+        )
+    with_all = ""
     if finding.values is not None:
-        before, after, with_all = (f"{value:.3g}" for value in finding.values)
-        values = f", from {before} to {after} {finding.unit}".rstrip()
-        if with_all != after:
-            values += f" (with all missing terms: {with_all} {finding.unit})".replace(" )", ")")
-    return f"{term} changes {name} by {percent}{values}. {limit}. {end}"
+        before, after, last = (f"{value:.3g}" for value in finding.values)
+        change += f", from {before} to {after} {finding.unit}".rstrip()
+        if last != after:
+            with_all = f" With all missing terms, {name} is {last} {finding.unit}".rstrip() + "."
+    return f"{change}.{with_all} {limit}. {end}"
 
 
 def share_text(share: ShareOfForce) -> str:
     """Return the share of the force, then a sentence on the share that remains unexplained.
 
-    The other parameters of the model imitate the rest. Equal shares are printed once.
+    The other parameters of the model compensate for the rest. Equal shares are printed once.
     """
     if share.percent > 100:
         whole = "more than 100 % of the force (rms)"
@@ -267,7 +269,7 @@ def share_text(share: ShareOfForce) -> str:
     if whole.startswith(beyond):
         return whole
     return (
-        f"{whole}. The other parameters imitate part of it, and {beyond} of the force remains "
+        f"{whole}. The other parameters compensate for a part, and {beyond} of the force remains "
         "unexplained"
     )
 
@@ -280,7 +282,8 @@ def _statement(finding: MissingTerm) -> str:
     # has no meaning.
     if finding.unit and finding.share.percent <= 100:
         size = _size(finding.size, finding.standard_error, finding.unit)
-        return f"{text}: {words.size.format(size=size)}, which is {share_text(finding.share)}"
+        text = f"{text}: {words.size.format(size=size)}"
+        return f"{text}. The missing force is {share_text(finding.share)}"
     return f"{text}. The unmodelled force is {share_text(finding.share)}"
 
 

@@ -306,8 +306,8 @@ def sweep_document(sweep: Sweep) -> Document:
             ),
             title="Values minus the bias of filter and noise",
             said=(
-                "A value whose bias is unknown contains its bias. method: the reported method at "
-                "this cut-off, whose values and standard errors (sd) follow.",
+                "If the bias of a value is unknown, it is not subtracted. method: the reported "
+                "method at this cut-off, whose values and standard errors (sd) follow.",
             ),
         ),
         paragraph(*sentences),

@@ -136,8 +136,9 @@ def _screen(result: SavedIdentification) -> Document:
     shown = all_methods()
     more = f"{'Add' if shown.startswith('-') else 'Call'} {shown} to print all methods"
     if noted:
-        lines = "check" if len(noted) == 1 else "checks"
-        more += f" and the notes on the {lines} {listed(list(noted))}"
+        lines = "line" if len(noted) == 1 else "lines"
+        names = listed([f'"{line}"' for line in noted])
+        more += f", and the notes of the {lines} {names}"
     failed = [check for check in result.verdict if check.status == "fail"]
     texts = [
         *shared_remarks([result.preferred]),
@@ -234,7 +235,7 @@ def judged_table(result: SavedIdentification) -> TableBlock:
         rows.append(tuple(cells))
     texts = []
     if larger_model:
-        texts.append("with missing terms")
+        texts.append("missing terms added")
     if has_remarks:
         texts.append("remark")
     return TableBlock(

@@ -249,6 +249,10 @@ def details_document(result: SavedIdentification) -> Document:
                 for name, e in found.excitation.items()
             ),
             title="Excitation",
+            said=(
+                "share of the force: rms of the part of the force by this parameter, relative to "
+                "the force (rms). The parts partly cancel, so the shares do not sum to 100 %.",
+            ),
         ),
         _by_record(found.records) if found.records else _law(found.law_check),
         _instruments(preferred, found.instruments),
@@ -280,8 +284,9 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
         labels=2,
         title=title,
         said=(
-            "sd: standard error by each covariance. robust: consistent for heteroscedasticity "
-            "only. i.i.d.: for independent residuals of equal variance.",
+            "sd HAC, sd robust, sd i.i.d.: standard error from three estimates of the "
+            "covariance. robust: consistent for heteroscedasticity only. i.i.d.: for independent "
+            "residuals of equal variance.",
             "sd gain: standard error by the uncertainty of the drive gain, which no other sd "
             "contains. bias: of filter and noise.",
         ),

@@ -247,11 +247,11 @@ def legend(result: SavedMonteCarlo) -> Paragraph:
     not_evaluated = ", ".join(each.name for each in result.check_figures if not each.passes.of)
     return paragraph(
         "bias: mean error of the values in this table over the runs. scatter: their standard "
-        "deviation. MC error: Monte-Carlo standard error of the number before it. sd: printed "
-        f"standard error, {_printed_labels(result)}, as root mean square over the runs.",
+        "deviation. MC error: Monte-Carlo standard error of the number before it. sd: root mean "
+        f"square over the runs of the reported standard error ({_printed_labels(result)}).",
         "coverage: share of the 95 % intervals that contain the true value, with Wilson's 95 % "
-        "interval for this share. The columns after it (such as robust: consistent for "
-        "heteroscedasticity only) show the coverage of intervals with another standard error.",
+        "interval for this share. The last columns show the coverage of intervals with other "
+        "standard errors (robust: consistent for heteroscedasticity only).",
         *([f"Passed in every run: {passed}."] if passed else []),
         *([f"Not evaluated in any run: {not_evaluated}."] if not_evaluated else []),
     )

@@ -282,9 +282,10 @@ def records_table(result: SavedIdentification) -> TableBlock:
         ),
         title="Records",
         said=(
-            "weight: of the rows in the regression. residual: rms residual of the "
+            "weight: factor of the record's rows in the regression. residual: rms residual of the "
             f"{result.preferred.method.upper()} estimate. equation, simulation: equation error and "
-            f"simulation error of the {result.preferred.method.upper()} estimate.",
+            f"simulation error of the {result.preferred.method.upper()} estimate, relative to the "
+            "force (rms).",
             "difference: change of the force if the record gets its own parameters, relative to "
             "its force (rms). p: p-value of this difference.",
         ),
