@@ -201,8 +201,16 @@ _PID = ("error", "derivative", "sum of error", "constant")
 def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
     """Return the form of a P-PI cascade.
 
-    `velocity` is the option of the law that states how it computes the velocity from positions.
-    `columns` and `extra` are as in `LawForm`.
+    Parameters
+    ----------
+    velocity : str
+        Value of the argument `velocity` of `cascade_p_pi`, ``difference``, ``averaged`` or ``pll``:
+        how the law computes the velocity from positions. It is the only entry of `words`.
+    *columns : str
+        Names of the signals whose linear combination is the control, see `LawForm.signals`.
+    extra : str
+        Gain of the filter of the velocity, ``velocity_filter`` or ``pll_bandwidth``. The search
+        tries a list of values for it. Empty for a law without a filter.
     """
     return LawForm(
         function="cascade_p_pi",

@@ -263,9 +263,15 @@ class Iteration:
     def fit(self) -> Fit:
         """Iterate to convergence, and return the fit at the end.
 
-        In each round the loop is simulated, the rows are solved with it, and a part of the step to
-        the solution is taken. If the iteration does not converge but once came within a tenth of a
-        standard error, the fit there is returned with a remark, and `jumps` is True.
+        Each round has three parts. `_state_at` simulates the loop with the present parameters, and
+        appends them to the iterates. `_step` solves the rows with this loop; the solution is the
+        `goal` of the step. `_next` takes the step or a part of it. DIDIM goes towards `further`
+        instead of the goal: the extrapolated limit if the steps shrink steadily, see
+        `StepControl`. The iteration has converged at the end of a step that is short enough.
+
+        If the iteration does not converge, but its shortest step is at most a tenth of a standard
+        error, this step is repeated to its goal without extrapolation. The fit at its end is
+        returned with a remark, and `jumps` is True.
 
         Raises
         ------
@@ -278,7 +284,7 @@ class Iteration:
         shortest: IterationStep | None = None
         while len(self._iterates) <= _MOST_ITERATIONS:
             with self._method_in_errors():
-                reached = self._state_at(physical, loops)
+                reached = self._state_at(physical, loops)  # appended to `_iterates`
                 if last is not None and last.size <= CONVERGED.value:
                     return self._fit_at_end(last, reached)
                 last = self._step(reached)
@@ -287,7 +293,8 @@ class Iteration:
                 physical, loops = self._next(last, physical, self._pace.share)
         if shortest is None or shortest.size > NEARLY_CONVERGED:
             raise self._no_convergence(physical)
-        # Not converged, but the shortest step is small: take this step again as the last one.
+        # Not converged, but the shortest step is small: take this step again as the last one. It
+        # starts from the state where it was found, and the whole step is tried, not extrapolated.
         with self._method_in_errors():
             not_extrapolated = replace(shortest, further=shortest.goal)
             end = self._next(not_extrapolated, shortest.at.physical, 1.0)
@@ -320,10 +327,11 @@ class Iteration:
         )
 
     def _state_at(self, physical: Array, simulated_before: SimulatedRows | None) -> IterationState:
-        """Return the state at parameters `physical`, (p,), and add it to the iterates.
+        """Return the state at parameters `physical`, (p,), and append an `Iterate` to `_iterates`.
 
-        `simulated_before` has the loops simulated with these parameters; with None they are
-        simulated here.
+        The iterate has the parameters and the simulation error. The length of `_iterates` limits
+        the iteration. `simulated_before` has the loops simulated with these parameters; with None
+        they are simulated here.
         """
         # The form is linearised at the start already.
         form = self._form.at(physical) if self._iterates else self._form

@@ -314,7 +314,11 @@ def _corrected_for_limit_cycle(
         refinements = _REFINEMENTS
 
     def power_of(replica: FilteredRecord) -> Array:
-        """Return the power by band of a replica about the mean of undisturbed ones, (b,)."""
+        """Return the power by band of the residual of a replica with disturbances, (b,).
+
+        The mean residual of the replicas without disturbances is subtracted first. Those replicas
+        have the position noise and encoder steps of the chain, see `_power_about_replicas`.
+        """
         return rows.spectrum.power(rows.residuals(replica) - powers.repeated)
 
     for _ in range(refinements):

@@ -159,6 +159,8 @@ class Search:
         self._predictions, self._unknowns, self._scale = predictions, unknowns, scale
         self._weighing, self._progress = weighing, progress
         self._steps: list[FitStep] = []
+        # Largest absolute weighted residual or prior error at the start, 1 or more; 0 before the
+        # first evaluation. `_residuals` needs it for loops that cannot be simulated.
         self._largest = 0.0
         self._at = np.empty(0)  # parameters at which residuals and Jacobian are known
         self._slopes: tuple[Array, Array]
@@ -259,8 +261,11 @@ class Search:
     def _residuals(self, at: Array) -> Array:
         """Return weighted residuals, then prior errors, at parameters (P,), (n + j,).
 
-        If the loop cannot be simulated, all are a large value, so that the step is rejected.
+        If the loop cannot be simulated, all are a large value, so that the step is rejected. At the
+        start there is no such value yet, and the error of the simulation is raised.
         """
+        # `_largest` is 0 at the first call: the residuals then come with their Jacobian, which is
+        # needed at the start in any case. So do residuals at the parameters of the last step.
         if np.array_equal(self._at, at) or not self._largest:
             return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         lanes = self._predictions(at[None, :])
@@ -277,10 +282,15 @@ class Search:
     def _slopes_at(self, at: Array) -> tuple[Array, Array]:
         """Return residuals (n,) and their Jacobian (n, P) at parameters (P,).
 
-        New parameters count as a step of the search, which is stored and reported.
+        Parameters other than those of the last call count as a step of the search: the step is
+        recorded in `_steps` and reported as progress, and the parameters are stored as the best
+        ones if they have the lowest cost. The first call also sets `_largest`, with which
+        `_residuals` rejects a step to parameters that cannot be simulated.
         """
         if np.array_equal(self._at, at):
             return self._slopes
+        # Choose the steps per sample, and the initial states of windows, before the differences of
+        # the Jacobian: with the same settings, only the parameters change the simulated outputs.
         self._predictions.settle(at)
         u = self._unknowns
         self._slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, u.free)
@@ -290,6 +300,7 @@ class Search:
         if not self._largest:  # at the start
             self._largest = max(float(np.abs(rows).max()), 1.0)
         self._keep_best(at)
+        # The rows of several outputs alternate; the reported error is that of the first output.
         error = float(np.sqrt(np.mean(errors[:: len(self._predictions.units)] ** 2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
         if self._progress is not None:

@@ -127,6 +127,18 @@ class Record(Presentable, Exact):
     sampled: "Record | None" = None
 
     def __post_init__(self) -> None:
+        """Check the record, and store its arrays read-only.
+
+        The steps are:
+
+        1. Check that there is a time and a motion, and the names of signals and of the injection
+           point. Mark the position as integrated if none is given.
+        2. Check a given sampling period, and each column: finite numbers, equal lengths.
+        3. Store the columns, `around`, the segments and the masked pieces in their final form.
+        4. Check the segments and masked pieces, then the time within each segment.
+        5. Integrate the velocity if there is no position.
+        6. Refuse a constant column.
+        """
         self._check_roles()
         name, injected = self._name(), self.injected is not None
         if self.sample_period is not None:
@@ -134,6 +146,7 @@ class Record(Presentable, Exact):
         # Check the columns one by one, then keep them read-only.
         columns = {role: checked_column(name, role, v) for role, v in self.channels().items()}
         check_lengths(name, columns)
+        # Columns of the whole log for figures, with a time for each value.
         around = {
             role: Samples(values=frozen(s.values), clock=frozen(s.times))
             for role, s in self.around.items()
@@ -149,6 +162,8 @@ class Record(Presentable, Exact):
         )
         check_spans(name, self.time, self.segments, self.masked)
         check_time(name, self.time, self.spans, self.sample_period)
+        # Integrate the velocity. A copy or a pickle of a record has its integral already, with a
+        # value for each sample; otherwise the position is empty.
         if self.integrated:
             has_integral = np.size(self.position) == len(self)
             settle(self, position=frozen(self.position if has_integral else self._integral()))

@@ -368,12 +368,16 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
 
     A is the influence of the errors, Omega their covariance; the regressor is not random.
 
-    A HAC kernel sums the sample autocovariances of the scores. With few independent scores the sum
-    is too small: the regressor is slow, so that the fit removes the slow part of the errors from
-    the residuals and their scores. An AR(1) has one coefficient rho for all rows, and the part that
-    the fit removes follows from the regressor. The AR(1) does not account for a changing variance,
-    so that its covariance is a lower bound for the kernel's: the larger of a robust and a
-    conventional standard error is recommended by [AngristPischke2009]_ for small samples.
+    Where few scores are independent, `Hac` uses the larger standard error of its kernel and of this
+    covariance, for each parameter. [AngristPischke2009]_ recommends the larger of a robust and a
+    conventional standard error for small samples. This covariance is thus a lower bound, and a
+    covariance of zero means that there is no lower bound.
+
+    A kernel sums the sample autocovariances of the scores. With few independent scores the sum is
+    too small: the regressor is slow, so the fit removes the slow part of the errors from the
+    residuals and their scores. For an AR(1), which has one coefficient rho for all rows, this
+    removed part follows from the regressor, and its variance is added again. An AR(1) does not
+    account for a variance that changes along the record. Therefore it does not replace the kernel.
 
     The coefficient rho, 0 or more, is the one whose expected lag-1 autocorrelation of the residuals
     after the fit equals the observed one. The covariance is zero if the residuals are zero, or if
@@ -426,17 +430,20 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
         products = rho * pairs - float(crossed) + float(np.sum((late @ removed) * early))
         return (products / max(pairs, 1.0)) / ((rows - float(np.trace(removed))) / rows)
 
-    # The coefficient for which the expected autocorrelation is the observed one.
+    # Search for the coefficient rho for which the expected autocorrelation is the observed one.
+    # First the observed one, and the expected ones for the smallest and largest allowed rho.
     after, before = order.pairs(1)
     power, most = float(e @ e / len(e)), _MAX_RESIDUAL_AUTOREGRESSION
     observed = float(e[after] @ e[before] / max(len(e[after]), 1)) / power
     lowest, highest = expected(0.0), expected(most)
+    # Significantly below that of independent errors: there is no lower bound.
     if observed < lowest - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
         return zero
+    # Outside the expected range rho is at the nearer end; within the range it is a root.
     rho = most if highest <= observed else 0.0
     if lowest < observed < highest:
         rho = float(brentq(lambda rho: expected(rho) - observed, 0.0, most, xtol=_RESOLVED))
-    # Variance of the errors, from that of the residuals and the part that the fit removes.
+    # Variance of the errors: that of the residuals, with the part that the fit removes added again.
     removed = basis.T @ coloured(rho)
     variance = len(e) * power / (len(e) - float(np.trace(removed)))
     # Slopes of the logarithms of the parameters' variances by rho, for a fixed variance of the

@@ -59,9 +59,12 @@ def has_constant_substeps(axis: GeneratedAxis) -> bool:
 def rates_at_start(
     axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded
 ) -> Array:
-    """Return the rates of damping and stiffness at rest, 1/s, backward and forward, (B, 2).
+    """Return the rates of the motion at rest, 1/s, (B, 2): backward, then forward.
 
-    For friction with internal state there is one rate, (B, 1).
+    A rate states how fast the motion changes by itself, and so how short the integration steps must
+    be. There is one rate for the friction of each direction: the larger of the rate by damping and
+    the rate by stiffness of the motion linearised at rest, see `_probed`. For friction with
+    internal state there is one rate for both directions, (B, 1), see `_rates_with_states`.
 
     Parameters
     ----------
@@ -76,6 +79,7 @@ def rates_at_start(
     if axis.states:
         still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
         return _rates_with_states(axis, parameters, still)[:, None]
+    # All lanes with backward friction, then all lanes with forward friction.
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     sets = np.tile(parameters, (2, 1))
     signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in recorded]
@@ -182,7 +186,9 @@ def _probed(
 ) -> Array:
     """Return the rate of damping and stiffness at each of n states, 1/s, (n,).
 
-    It is ``max(|da/dv|, sqrt(|da/dq|))`` of the acceleration a, by differences; 0 if it is not
+    It is ``max(|da/dv|, sqrt(|da/dq|))`` of the acceleration a: the rate by damping, and that by
+    stiffness. The derivatives are differences: the acceleration is evaluated at each state, and
+    again with a slightly larger velocity and a slightly larger position. The rate is 0 if it is not
     finite.
 
     Parameters

@@ -303,8 +303,14 @@ class Drive:
 
     @property
     def is_times_gain(self) -> bool:
-        """Return whether the force is proportional to the gain."""
+        """Return whether the force is proportional to the gain.
+
+        The force F is proportional to the gain g if it equals `force_by_gain`, which is
+        ``g dF/dg``, the derivative of the force with respect to the logarithm of the gain.
+        """
         difference = self.force_by_gain - self.force
+        # SymPy's derivative of Abs(x) contains sign(x), but the force contains Abs(x). Equal terms
+        # cancel only if both are written with sign(x).
         difference = difference.replace(sympy.Abs, lambda x: x * sympy.sign(x))
         return bool(multiplied_out(difference) == 0)
 

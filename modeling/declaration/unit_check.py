@@ -69,18 +69,24 @@ def check_states(
 ) -> None:
     """Refuse a state whose parts, rate, limit or start value do not have the expected unit.
 
+    The rate must have the unit of the state per second. The limit, if there is one, and the start
+    value must have the unit of the state. A part must have the unit that the part declares.
+
     Raises
     ------
     ModelError
         A unit is not the expected unit; the message names both units.
     """
     units = unit_table(coordinate, (*parameters, *states))
+    # A state has two symbols with one unit. `state.symbol`, in the table already, contains the
+    # differential equation and is used by the equation of motion and by other states. `state.own`
+    # is the plain symbol, which the state uses in its own equation.
     units |= {state.own: parse_unit(state.unit) for state in states}
     for part in (part for state in states for part in state.parts):
         check_unit(part.value, parse_unit(part.unit), units, f"{part.what}, {part.value},")
     for state in states:
         unit = parse_unit(state.unit)
-        rate, *others = state.values
+        rate, *others = state.values  # the others are the limit, if there is one, and the start
         for value, wanted in ((rate, unit / parse_unit("s")), *((v, unit) for v in others)):
             check_unit(
                 value, wanted, units, f"{value} of the state {state.name}, which is in {unit},"

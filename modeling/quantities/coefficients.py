@@ -55,6 +55,7 @@ class Coefficients:
         motion: AbstractSet[sympy.Symbol] = frozenset(),
     ) -> None:
         self._one = (0,) * len(parameters)  # exponents of the product without parameters
+        # The parameters that are multiplied out, with their index in the exponents.
         self._places = {p: j for j, p in enumerate(parameters) if p not in motion}
         self._zero = dict.fromkeys(self._places, sympy.S.Zero)
         self._polynomial = cache(self._expanded)
@@ -100,15 +101,18 @@ class Coefficients:
         return {self._one: self._opaque(node).xreplace(self._zero)}
 
     def _opaque(self, node: sympy.Basic) -> sympy.Basic:
-        """Return a node that is not expanded, and add its parameters to the nonlinear ones.
+        """Return a node that is not expanded, and add its parameters to `_hidden`.
 
-        A parameter that cancels, so that the value of the node does not depend on it, is not added.
+        The expression is not a polynomial in these parameters, so `nonlinear` contains them. Only
+        parameters of `_places` are added, which are those to be multiplied out. A parameter that
+        cancels, so that the value of the node does not depend on it, is not added.
 
         Parameters
         ----------
         node : sympy.Basic
             An expression, or a condition of a Piecewise.
         """
+        # `depends` needs an expression. A condition is replaced by one: 1 where it holds, else 0.
         value = node if isinstance(node, sympy.Expr) else sympy.Piecewise((1, node), (0, True))
         inside = node.free_symbols & self._places.keys() - self._hidden
         self._hidden |= {p for p in inside if depends(value, {p})}

@@ -278,7 +278,10 @@ class GainRegression:
 
     @property
     def times(self) -> dict[str, float]:
-        """Ratio of each fitted gain to its declared value, by name."""
+        """Ratio of each fitted gain to its declared value, by name of the gain.
+
+        For a declared value of 0, which has no ratio, the fitted gain itself.
+        """
         declared, gains = self.along.law.gains, self.gains
         return {name: gains[name] / (declared[name] or 1.0) for name in self.free}
 

@@ -243,16 +243,18 @@ def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | 
     ----------
     result : MonteCarlo
     command : str, optional
-        Command that reproduces it.
+        Command that reproduces the study.
     made : datetime, optional
-        Date of the page; without it, the same result gives the same page.
+        Date of the page; without a date, the same result gives the same page.
     """
     plan, study = result.plan, written_study(result)
     facts, axis, twin = heading_facts(study), plan.axis.axis, plan.twin.axis
+    # Both models, which are shown if the identified model is not correct. `plan.is_right` is True
+    # if it is the simulated model, and its exact known values are true; one model is then enough.
     other = f"<h3>Identified</h3>{_model_html(axis)}<h3>Simulated</h3>{_model_html(twin)}"
     return _page(
-        study_document(study)[:-1],
-        {0: monte_carlo_plots(result)},
+        study_document(study)[:-1],  # the last block has the findings, which are in the verdict
+        {0: monte_carlo_plots(result)},  # the key 0 is for figures of all records together
         plan.axis,
         heading=f"{axis.title or axis.name}: a Monte-Carlo study",
         subheading=f"{facts['twins']}, {facts['noise']}",

@@ -502,6 +502,8 @@ def _value_rows(
     rows: list[tuple[Cell, ...]] = []
     for name, label in labels.items():
         values = [column[name] for column in columns.values()]
+        # The colour of an interval is that of the kind of estimator, which is the last part of the
+        # name of its method: iv for idm-iv and ddm-iv, didim for didim.
         drawn = tuple(
             Interval(v.interval[0], v.corrected, v.interval[1], method.rsplit("-", 1)[-1])
             for method, v in zip(columns, values, strict=True)
