@@ -442,10 +442,10 @@ FAULTS: dict[str, Fault] = {
         r"offset\(",
     ),
     "loss by the load of 5 %": (_is(loss=lambda _: 0.05), r"\bloss\b|by the load"),
-    "kp 10 % larger": (_is(kp=lambda c: 1.1 * c.machine.kp), r"\bkp is 1\."),
+    "kp 10 % larger": (_is(kp=lambda c: 1.1 * c.machine.kp), r"\bkp is \S+ instead of \S+ \(1\."),
     "damping 10 % larger": (
         _is(kv=lambda c: 1.1 * c.machine.kv, kd=lambda c: 1.1 * c.machine.kd),
-        r"\bk[vd] is 1\.",
+        r"\bk[vd] is \S+ instead of \S+ \(1\.",
     ),
 }
 

@@ -105,7 +105,7 @@ def test_the_public_record_is_left_by_the_model(emps: GeneratedAxis, emps_record
     assert band.exceeds
     check = checks_of(result)["lack of fit"]
     assert check.status == "note"
-    assert finding_of(check, ResidualAtRepeats).kind == "systematic"
+    assert finding_of(check, ResidualAtRepeats).nature == "systematic"
 
 
 def move(length: float, samples: int = 400) -> Array:
