@@ -105,7 +105,7 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
         done = CliRunner().invoke(cli, list(map(str, line)))
         assert (done.exit_code, done.output) == (0, from_file)
     for result in (live, saved):
-        with refuses("export", says="name a record: record=1"):
+        with refuses("export", says="Name a record: record=1"):
             export(result, "python")
         with refuses("result", says="no record 3. There are 2"):
             export(result, "python", record=3)
