@@ -205,5 +205,5 @@ def test_no_p_value_where_only_the_larger_model_has_a_velocity(
     assert (test.smaller, test.larger, test.restrictions) == ("plain", "Stribeck", 2)
     assert test.wald_p is None
     text = " ".join(compared.summary().split())
-    assert "plain in Stribeck is not tested: Stribeck estimates v" in text
+    assert "plain in Stribeck is not tested: " in text
     assert compared.recommended == "Stribeck"
