@@ -33,6 +33,7 @@ from .document import (
     readable_unit as readable_unit,
     text_columns as text_columns,
     text_table as text_table,
+    without_empty_last_column as without_empty_last_column,
 )
 from .html import (
     STATUS_CLASSES as STATUS_CLASSES,

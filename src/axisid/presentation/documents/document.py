@@ -7,7 +7,7 @@ raised powers, true minus signs, and no ``e``.
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from axisid.support.wording import plain_numbers
@@ -260,6 +260,14 @@ def text_columns(heads: Iterable[str]) -> tuple[TableColumn, ...]:
         TableColumn(head, align="right" if i else "left", kind=kinds.get(head, ""))
         for i, head in enumerate(heads)
     )
+
+
+def without_empty_last_column(table: TableBlock) -> TableBlock:
+    """Return a table without its last column if this column is empty in every row."""
+    if any(row[-1] for row in table.rows):
+        return table
+    rows = tuple(row[:-1] for row in table.rows)
+    return replace(table, columns=table.columns[:-1], rows=rows)
 
 
 def text_table(

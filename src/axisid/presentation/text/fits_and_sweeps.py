@@ -33,6 +33,7 @@ from axisid.presentation.documents import (
     paragraph,
     text_columns,
     text_table,
+    without_empty_last_column,
 )
 from axisid.presentation.result_files import SavedOutputFit, written_output_fit
 
@@ -81,14 +82,14 @@ def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> 
         Fitted axis, which files do not contain; without it the document has no title and no units
         of known values.
     """
-    heads = ["", "unit", "value", "sd", "95 % interval", "start", "remark"]
-    rows = [_row(fit, name) for name in fit.names]
-    if not any(remark for *_, remark in rows):
-        heads = heads[:-1]
-        rows = [row[:-1] for row in rows]
+    parameters = text_table(
+        ["", "unit", "value", "sd", "95 % interval", "start", "remark"],
+        (_row(fit, name) for name in fit.names),
+        labels=2,
+    )
     return (
         _heading(fit, declared),
-        text_table(heads, rows, labels=2),
+        without_empty_last_column(parameters),
         _errors(fit),
         verdict_block(fit.checks),
         paragraph(*_remarks(fit)),

@@ -27,6 +27,7 @@ from axisid.presentation.documents import (
     decimals,
     text_columns,
     text_table,
+    without_empty_last_column,
 )
 from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.presentation.sentences import (
@@ -212,11 +213,6 @@ def judged_table(result: SavedIdentification) -> TableBlock:
         for name, value in values.items()
         if (text := _with_missing_terms(result, name, bands.get(name), decimals(value.deviation)))
     }
-    remarks = {
-        name: _remarks(result, name, value, bands.get(name), has_larger=name in larger_model)
-        for name, value in values.items()
-    }
-    has_remarks = any(remarks.values())
     rows: list[tuple[Cell, ...]] = []
     for name, value in values.items():
         digits = decimals(value.deviation)
@@ -230,22 +226,18 @@ def judged_table(result: SavedIdentification) -> TableBlock:
             cells.append(f"{least_squares[name].value:.{digits}f}" if is_known else "")
         if larger_model:
             cells.append(larger_model.get(name, ""))
-        if has_remarks:
-            cells.append(", ".join(remarks[name]))
-        rows.append(tuple(cells))
-    texts = []
-    if larger_model:
-        texts.append("missing terms added")
-    if has_remarks:
-        texts.append("remark")
-    return TableBlock(
+        remarks = _remarks(result, name, value, bands.get(name), has_larger=name in larger_model)
+        rows.append((*cells, ", ".join(remarks)))
+    more = ["missing terms added"] if larger_model else []
+    table = TableBlock(
         columns=(
             *text_columns(["", "unit", *heads]),
-            *(TableColumn(head, align="left") for head in texts),
+            *(TableColumn(head, align="left") for head in (*more, "remark")),
         ),
         rows=tuple(rows),
         labels=2,
     )
+    return without_empty_last_column(table)
 
 
 def _judged_values(result: SavedIdentification) -> dict[str, Value]:
